@@ -1,0 +1,16 @@
+//! # Halfway
+//!
+//! A light-transport renderer on Vulkan compute shaders.
+//!
+//! ```text
+//! glTF file -> scene -> accel (BVH and flat arrays) -> device (buffers, kernels)
+//!           -> integrator (one iteration) -> film (sums) -> EXR / PNG
+//! ```
+//!
+//! Layers, top may use lower, never the reverse:
+//! `main`, `cli` > `render` > `integrator` > `film` > `device` > `accel` > `scene` > `math`.
+
+pub mod error;
+pub mod film;
+pub mod math;
+pub mod scene;

@@ -1,0 +1,1 @@
+//! The host side of `shaders/lib`: random numbers, alias tables, frames, colour.

@@ -1,0 +1,107 @@
+//! Surface materials: the glTF metallic-roughness model with the extensions Halfway understands.
+
+use glam::{Affine2, Vec3};
+
+/// Factors and textures of a material; each factor multiplies its texture and the vertex colour where glTF says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    pub name: String,
+    pub base_color: Vec3,
+    pub alpha: f32,
+    /// RGB base colour (sRGB), A alpha.
+    pub base_color_texture: Option<TextureRef>,
+    pub metallic: f32,
+    /// Perceptual roughness; GGX alpha is its square.
+    pub roughness: f32,
+    /// G roughness, B metallic.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    pub normal_texture: Option<TextureRef>,
+    pub normal_scale: f32,
+    /// Emitted radiance per channel, `KHR_materials_emissive_strength` included. Front side only unless double-sided.
+    pub emission: Vec3,
+    pub emission_texture: Option<TextureRef>,
+    pub alpha_mode: AlphaMode,
+    pub double_sided: bool,
+    /// Index of refraction (`KHR_materials_ior`, 1.5 by default), at least 1.
+    pub ior: f32,
+    /// `KHR_materials_specular`: strength (texture: A) and colour (texture: RGB, sRGB) of the dielectric reflection.
+    pub specular: f32,
+    pub specular_texture: Option<TextureRef>,
+    pub specular_color: Vec3,
+    pub specular_color_texture: Option<TextureRef>,
+    /// `KHR_materials_transmission`: share of the non-reflected light that passes (texture: R).
+    pub transmission: f32,
+    pub transmission_texture: Option<TextureRef>,
+    /// `KHR_materials_volume`: thin-walled (no refraction) where false, the boundary of a volume where true.
+    pub volume: bool,
+    /// Distance in scene units at which white light has become `attenuation_color`; infinite without attenuation.
+    pub attenuation_distance: f32,
+    pub attenuation_color: Vec3,
+    /// `KHR_materials_unlit`: the surface radiates its base colour and reflects nothing.
+    pub unlit: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    #[default]
+    Opaque,
+    /// Opaque where alpha is at least the cutoff, absent elsewhere.
+    Mask { cutoff: f32 },
+    /// Present with probability alpha.
+    Blend,
+}
+
+/// A texture in a material slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into `Scene::textures`.
+    pub texture: u32,
+    /// Which of `Mesh::uvs`, 0 or 1.
+    pub uv_set: u32,
+    /// `KHR_texture_transform`, identity without it: uv' = transform * uv.
+    pub transform: Affine2,
+}
+
+impl Default for Material {
+    /// glTF's defaults: white, metallic 1, roughness 1.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: Vec3::ONE,
+            alpha: 1.0,
+            base_color_texture: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emission: Vec3::ZERO,
+            emission_texture: None,
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+            ior: 1.5,
+            specular: 1.0,
+            specular_texture: None,
+            specular_color: Vec3::ONE,
+            specular_color_texture: None,
+            transmission: 0.0,
+            transmission_texture: None,
+            volume: false,
+            attenuation_distance: f32::INFINITY,
+            attenuation_color: Vec3::ONE,
+            unlit: false,
+        }
+    }
+}
+
+impl Material {
+    /// A matte surface: no metal, no dielectric reflection.
+    pub fn lambert(name: &str, base_color: Vec3) -> Self {
+        Self { name: name.into(), base_color, metallic: 0.0, specular: 0.0, ..Self::default() }
+    }
+
+    /// True where the surface only scatters by Lambert's law, whatever its textures say.
+    pub fn is_lambert(&self) -> bool {
+        self.metallic == 0.0 && self.specular == 0.0 && self.transmission == 0.0
+    }
+}

@@ -1,0 +1,73 @@
+//! The scene as plain data: what a glTF file says, flattened to world space, before anything is built from it.
+//!
+//! Units are the file's own (metres by convention). Positions are `f64`, so that a scene far from its origin
+//! loses nothing before it is recentred. Colours are linear Rec.709. A triangle's front is the side from which
+//! its vertices run counter-clockwise; the loader has already turned the windings that a mirroring transform
+//! turns over.
+
+pub mod builtin;
+pub mod environment;
+pub mod features;
+pub mod gltf;
+
+mod accessor;
+mod camera;
+mod light;
+mod material;
+mod texture;
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
+pub use camera::{Camera, Projection};
+pub use environment::Environment;
+
+pub use light::{LightKind, PunctualLight};
+pub use material::{AlphaMode, Material, TextureRef};
+pub use texture::{Filter, Image, Texture, Wrap};
+
+/// Everything a picture is made from. No invariants beyond those said at the fields; every index is in range.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The file's stem, or the name of a built-in scene.
+    pub name: String,
+    /// World-space meshes; instances are flattened.
+    pub meshes: Vec<Mesh>,
+    pub materials: Vec<Material>,
+    /// Decoded pictures, shared by `textures`.
+    pub images: Vec<Image>,
+    /// A picture with the way it is sampled; material slots refer to these.
+    pub textures: Vec<Texture>,
+    /// Lights without a surface: point, spot, directional.
+    pub lights: Vec<PunctualLight>,
+    pub cameras: Vec<Camera>,
+    pub environment: Option<Environment>,
+    /// Width and height that the file asks for (`extras.resolution` of the root), in pixels.
+    pub resolution: Option<[u32; 2]>,
+    /// What the loader could not honour, one sentence each, already worded for the user.
+    pub warnings: Vec<String>,
+}
+
+/// A set of triangles with one material, in world space.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    pub name: String,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    pub positions: Vec<DVec3>,
+    /// Unit shading normals, one a vertex; `None` means flat shading.
+    pub normals: Option<Vec<Vec3>>,
+    /// Unit tangents with the sign of the bitangent in `w`; present wherever the material has a normal map.
+    pub tangents: Option<Vec<Vec4>>,
+    /// `TEXCOORD_0` and `TEXCOORD_1`.
+    pub uvs: [Option<Vec<Vec2>>; 2],
+    /// `COLOR_0`: linear, multiplies base colour and alpha.
+    pub colors: Option<Vec<Vec4>>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Scene {
+    /// Number of triangles, all meshes together.
+    pub fn triangle_count(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
+    }
+}
