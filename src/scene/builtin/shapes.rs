@@ -102,11 +102,8 @@ fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
             vertices.push(DVec3::from_array(vertex).normalize());
         }
     }
-    // Three vertices are a face exactly where all three pairs are neighbours (edge 2 in golden units).
-    let is_edge = |a: usize, b: usize| {
-        let cos = vertices[a].dot(vertices[b]);
-        (cos - 1.0 / 5.0_f64.sqrt()).abs() < 0.1
-    };
+    // Three vertices are a face exactly where all pairs are neighbours; only neighbours are less than 90 degrees apart.
+    let is_edge = |a: usize, b: usize| vertices[a].dot(vertices[b]) > 0.0;
     let mut triangles = Vec::with_capacity(20);
     for a in 0..12 {
         for b in a + 1..12 {
