@@ -30,7 +30,12 @@ pub enum SceneError {
 
 /// Building the acceleration structure.
 #[derive(Debug, Error)]
-pub enum AccelError {}
+pub enum AccelError {
+    #[error(
+        "{count} triangles are more than one acceleration structure holds; split the scene or decimate its meshes"
+    )]
+    TooManyTriangles { count: usize },
+}
 
 /// The device, its shaders and its memory.
 #[derive(Debug, Error)]
@@ -56,7 +61,9 @@ pub enum DeviceError {
     Shader { location: String, message: String },
     #[error("the driver refuses the kernel {kernel}: {message}")]
     Pipeline { kernel: String, message: String },
-    #[error("a kernel needs the buffer '{name}', which this scene does not have; this is a defect of Halfway, please report it")]
+    #[error(
+        "a kernel needs the buffer '{name}', which this scene does not have; this is a defect of Halfway, please report it"
+    )]
     MissingBuffer { name: String },
     #[error(
         "{name} needs {bytes} bytes, the device binds at most {limit} at once; use a smaller scene, smaller textures, \
