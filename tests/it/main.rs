@@ -1,1 +1,5 @@
 //! The one integration binary.
+
+mod builtin;
+mod device;
+mod gpu;
