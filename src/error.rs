@@ -56,7 +56,9 @@ pub enum DeviceError {
     Shader { location: String, message: String },
     #[error("the driver refuses the kernel {kernel}: {message}")]
     Pipeline { kernel: String, message: String },
-    #[error("a kernel needs the buffer '{name}', which this scene does not have; this is a defect of Halfway, please report it")]
+    #[error(
+        "a kernel needs the buffer '{name}', which this scene does not have; this is a defect of Halfway, please report it"
+    )]
     MissingBuffer { name: String },
     #[error(
         "{name} needs {bytes} bytes, the device binds at most {limit} at once; use a smaller scene, smaller textures, \

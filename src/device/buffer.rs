@@ -18,7 +18,12 @@ impl BufferTable {
     ///
     /// # Errors
     /// [`DeviceError::BufferTooLarge`] past the device's limit for one binding, [`DeviceError::OutOfMemory`].
-    pub fn create(&mut self, context: &Context, name: &str, bytes: u64) -> Result<&wgpu::Buffer, DeviceError> {
+    pub fn create(
+        &mut self,
+        context: &Context,
+        name: &str,
+        bytes: u64,
+    ) -> Result<&wgpu::Buffer, DeviceError> {
         self.create_with(context, name, bytes, BufferUsages::STORAGE)
     }
 
@@ -58,7 +63,12 @@ impl BufferTable {
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn upload<T: bytemuck::Pod>(&mut self, context: &Context, name: &str, data: &[T]) -> Result<(), DeviceError> {
+    pub fn upload<T: bytemuck::Pod>(
+        &mut self,
+        context: &Context,
+        name: &str,
+        data: &[T],
+    ) -> Result<(), DeviceError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.create(context, name, bytes.len() as u64)?;
         self.write(context, name, bytes)

@@ -138,8 +138,10 @@ impl Context {
     /// A module without the loop counters that naga would add to every loop: ours end by construction, and the
     /// counters cost time in the traversal. Bounds stay checked.
     pub(super) fn create_shader_module(&self, label: &str, code: &str) -> wgpu::ShaderModule {
-        let descriptor =
-            wgpu::ShaderModuleDescriptor { label: Some(label), source: wgpu::ShaderSource::Wgsl(code.into()) };
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(code.into()),
+        };
         let mut checks = wgpu::ShaderRuntimeChecks::checked();
         checks.force_loop_bounding = false;
         // SAFETY: only shaders of this repository come here, and every loop in them runs over a bounded count or

@@ -110,7 +110,8 @@ impl Kernel {
             let mut entries = Vec::new();
             for (_, binding, name) in self.slots.iter().filter(|slot| slot.0 == group) {
                 let buffer = buffers.get(name)?;
-                entries.push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
+                entries
+                    .push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
             }
             let bind_group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(&self.name),
@@ -119,7 +120,12 @@ impl Kernel {
             });
             groups.push((group, bind_group));
         }
-        Ok(Bound { name: self.name.clone(), pipeline: self.pipeline.clone(), groups, workgroup: self.workgroup })
+        Ok(Bound {
+            name: self.name.clone(),
+            pipeline: self.pipeline.clone(),
+            groups,
+            workgroup: self.workgroup,
+        })
     }
 }
 

@@ -19,18 +19,8 @@ macro_rules! sources {
 }
 
 /// Every shader file, by its path under `shaders/` without the extension.
-pub const SOURCES: &[(&str, &str)] = sources![
-    "bind/accel",
-    "bind/frame",
-    "bind/queue",
-    "camera_rays",
-    "closest_hit",
-    "lib/intersect",
-    "lib/math",
-    "lib/rng",
-    "lib/traverse",
-    "loop_check",
-];
+pub const SOURCES: &[(&str, &str)] =
+    sources!["lib/alias", "lib/color", "lib/frame", "lib/math", "lib/rng", "lib/sampling", "loop_check",];
 
 /// The features a stitched text is made with; a name that is absent is off.
 pub type Features = BTreeSet<&'static str>;
@@ -108,7 +98,11 @@ fn append(
             }
         }
     }
-    if branches.is_empty() { Ok(()) } else { Err(directive_error(text.lines().count(), "#if without #endif")) }
+    if branches.is_empty() {
+        Ok(())
+    } else {
+        Err(directive_error(text.lines().count(), "#if without #endif"))
+    }
 }
 
 impl Stitched {
@@ -126,21 +120,24 @@ impl Stitched {
     /// What naga found, at its file and line.
     pub fn validate(&self) -> Result<(naga::Module, naga::valid::ModuleInfo), DeviceError> {
         let module = naga::front::wgsl::parse_str(&self.code).map_err(|error| {
-            let location = error.location(&self.code).map_or_else(|| "?".into(), |at| self.locate(at.line_number));
-            DeviceError::Shader { location, message: error.message().to_string() }
-        })?;
-        let info = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).map_err(|error| {
             let location =
                 error.location(&self.code).map_or_else(|| "?".into(), |at| self.locate(at.line_number));
-            let inner = error.into_inner();
-            let mut message = inner.to_string();
-            let mut source = std::error::Error::source(&inner);
-            while let Some(cause) = source {
-                message = format!("{message}: {cause}");
-                source = cause.source();
-            }
-            DeviceError::Shader { location, message }
+            DeviceError::Shader { location, message: error.message().to_string() }
         })?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).map_err(
+            |error| {
+                let location =
+                    error.location(&self.code).map_or_else(|| "?".into(), |at| self.locate(at.line_number));
+                let inner = error.into_inner();
+                let mut message = inner.to_string();
+                let mut source = std::error::Error::source(&inner);
+                while let Some(cause) = source {
+                    message = format!("{message}: {cause}");
+                    source = cause.source();
+                }
+                DeviceError::Shader { location, message }
+            },
+        )?;
         Ok((module, info))
     }
 }
