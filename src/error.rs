@@ -30,7 +30,12 @@ pub enum SceneError {
 
 /// Building the acceleration structure.
 #[derive(Debug, Error)]
-pub enum AccelError {}
+pub enum AccelError {
+    #[error(
+        "{count} triangles are more than one acceleration structure holds; split the scene or decimate its meshes"
+    )]
+    TooManyTriangles { count: usize },
+}
 
 /// The device, its shaders and its memory.
 #[derive(Debug, Error)]

@@ -44,7 +44,7 @@ pub const TRIANGLE_ALPHA: u32 = 1 << 25;
 
 device_struct! {
     /// What changes from batch to batch: which samples of which pixels a batch holds.
-    pub struct Frame {
+    pub struct Batch {
         pub width: u32,
         pub height: u32,
         /// First pixel of the batch (row-major index) and how many pixels.

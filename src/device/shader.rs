@@ -19,8 +19,23 @@ macro_rules! sources {
 }
 
 /// Every shader file, by its path under `shaders/` without the extension.
-pub const SOURCES: &[(&str, &str)] =
-    sources!["lib/alias", "lib/color", "lib/frame", "lib/math", "lib/rng", "lib/sampling", "loop_check",];
+pub const SOURCES: &[(&str, &str)] = sources![
+    "bind/accel",
+    "bind/batch",
+    "bind/queue",
+    "camera_rays",
+    "closest_hit",
+    "lib/intersect",
+    "lib/alias",
+    "lib/color",
+    "lib/frame",
+    "lib/math",
+    "lib/path_key",
+    "lib/rng",
+    "lib/sampling",
+    "lib/traverse",
+    "loop_check",
+];
 
 /// The features a stitched text is made with; a name that is absent is off.
 pub type Features = BTreeSet<&'static str>;

@@ -1,29 +1,53 @@
-//! Running small kernels on the device.
+//! Runs a small kernel of a test on the device: WGSL text that imports `shaders/lib`, buffers in, buffers out.
 
 use std::sync::OnceLock;
 
-use bytemuck::Pod;
-use halfway::device::{BufferTable, Context, DeviceChoice, Kernel, shader};
+use halfway::device::shader::{Features, stitch_text};
+use halfway::device::{BufferTable, Context, DeviceChoice, Kernel};
 
 /// The device all tests share.
 pub fn context() -> &'static Context {
     static CONTEXT: OnceLock<Context> = OnceLock::new();
-    CONTEXT.get_or_init(|| {
-        let context = Context::new(&DeviceChoice::Auto).expect("tests need a Vulkan device");
-        println!("tests run on {}", context.describe());
-        context
-    })
+    CONTEXT.get_or_init(|| Context::new(&DeviceChoice::Auto).expect("a Vulkan device that computes rightly"))
 }
 
-/// Runs a function of WGSL over inputs. `imports` are shader files; `body` is WGSL that declares
-/// `fn twin(input: array<u32, I>) -> array<u32, O>`. Floats travel as bits.
-pub fn map<const I: usize, const O: usize>(imports: &[&str], body: &str, inputs: &[[u32; I]]) -> Vec<[u32; O]>
-where
-    [u32; I]: Pod,
-    [u32; O]: Pod,
-{
+/// Runs `kernel` (entry point `main`, workgroup size as it says) with at least `invocations` invocations.
+/// `inputs`: buffers by the names of the kernel's storage variables. `outputs`: zeroed buffers by name and size
+/// in bytes; their contents come back in the same order.
+pub fn run(
+    kernel: &str,
+    features: &[&'static str],
+    inputs: &[(&str, &[u8])],
+    outputs: &[(&str, usize)],
+    invocations: u32,
+) -> Vec<Vec<u8>> {
+    let context = context();
+    let features: Features = features.iter().copied().collect();
+    let stitched = stitch_text("test kernel", kernel, &features).expect("directives");
+    let kernel = Kernel::from_stitched(context, "test kernel", &stitched, &[]).expect("a valid kernel");
+    let mut buffers = BufferTable::default();
+    for (name, bytes) in inputs {
+        buffers.upload(context, name, bytes).expect("upload");
+    }
+    for (name, bytes) in outputs {
+        buffers.create(context, name, *bytes as u64).expect("create");
+    }
+    let bound = kernel.bind(context, &buffers).expect("all buffers named");
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), invocations);
+    context.queue.submit([encoder.finish()]);
+    outputs.iter().map(|(name, bytes)| buffers.read(context, name, *bytes as u64).expect("read")).collect()
+}
+
+/// Runs a function of WGSL over inputs. `imports` are shader files; `body` declares
+/// `fn twin(x: array<u32, I>) -> array<u32, O>`. Floats travel as bits.
+pub fn map<const I: usize, const O: usize>(
+    imports: &[&str],
+    body: &str,
+    inputs: &[[u32; I]],
+) -> Vec<[u32; O]> {
     let imports: String = imports.iter().map(|name| format!("#import {name}\n")).collect();
-    let code = format!(
+    let kernel = format!(
         "{imports}
         @group(0) @binding(0) var<storage, read> inputs: array<array<u32, {I}>>;
         @group(0) @binding(1) var<storage, read_write> outputs: array<array<u32, {O}>>;
@@ -37,18 +61,9 @@ where
         }}",
         count = inputs.len()
     );
-    let context = context();
-    let stitched = shader::stitch_text("twin", &code, &Default::default()).unwrap();
-    let kernel = Kernel::from_stitched(context, "twin", &stitched, &[]).unwrap();
-    let mut buffers = BufferTable::default();
-    buffers.upload(context, "inputs", inputs).unwrap();
-    let bytes = (inputs.len() * O * 4) as u64;
-    buffers.create(context, "outputs", bytes).unwrap();
-    let bound = kernel.bind(context, &buffers).unwrap();
-    let mut encoder = context.device.create_command_encoder(&Default::default());
-    let mut pass = encoder.begin_compute_pass(&Default::default());
-    bound.dispatch(&mut pass, inputs.len() as u32);
-    drop(pass);
-    context.queue.submit([encoder.finish()]);
-    bytemuck::pod_collect_to_vec(&buffers.read(context, "outputs", bytes).unwrap())
+    let bytes = bytemuck::cast_slice(inputs.as_flattened());
+    let output =
+        run(&kernel, &[], &[("inputs", bytes)], &[("outputs", inputs.len() * O * 4)], inputs.len() as u32);
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&output[0]);
+    words.as_chunks().0.to_vec()
 }

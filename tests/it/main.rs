@@ -6,5 +6,7 @@ mod random;
 mod stats;
 
 mod alias;
+mod builtin;
+mod device;
 mod rng;
 mod sampling;
