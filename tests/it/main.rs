@@ -10,3 +10,5 @@ mod builtin;
 mod device;
 mod rng;
 mod sampling;
+mod film;
+mod gpu;
