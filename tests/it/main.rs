@@ -2,3 +2,6 @@
 
 mod builtin;
 mod layers;
+mod device;
+mod film;
+mod gpu;
