@@ -7,6 +7,7 @@ mod stats;
 
 mod alias;
 mod builtin;
+mod layers;
 mod device;
 mod rng;
 mod sampling;
