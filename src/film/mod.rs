@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod png;
+pub mod sums;
 pub mod tonemap;
 pub mod write;
 

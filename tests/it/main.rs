@@ -7,10 +7,10 @@ mod stats;
 
 mod alias;
 mod builtin;
-mod layers;
 mod device;
-mod rng;
-mod sampling;
 mod film;
 mod gpu;
+mod layers;
 mod loader;
+mod rng;
+mod sampling;
