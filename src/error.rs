@@ -4,6 +4,23 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+/// Mathematics on the host.
+#[derive(Debug, PartialEq, Error)]
+pub enum MathError {
+    #[error(
+        "nothing to draw from: the list of weights is empty; skip the distribution where there is no entry"
+    )]
+    NoWeights,
+    #[error("{count} weights are more than the {max} that a table can hold; merge entries")]
+    TooManyWeights { count: usize, max: usize },
+    #[error("weight {index} is {weight}; weights must be finite and not negative")]
+    BadWeight { index: usize, weight: f64 },
+    #[error(
+        "all {count} weights are zero, so none can be drawn; skip the distribution where nothing has weight"
+    )]
+    AllWeightsZero { count: usize },
+}
+
 /// Reading a scene.
 #[derive(Debug, Error)]
 pub enum SceneError {
@@ -15,11 +32,51 @@ pub enum SceneError {
 
 /// Building the acceleration structure.
 #[derive(Debug, Error)]
-pub enum AccelError {}
+pub enum AccelError {
+    #[error(
+        "{count} triangles are more than one acceleration structure holds; split the scene or decimate its meshes"
+    )]
+    TooManyTriangles { count: usize },
+}
 
 /// The device, its shaders and its memory.
 #[derive(Debug, Error)]
-pub enum DeviceError {}
+pub enum DeviceError {
+    #[error(
+        "no Vulkan device found; install a driver for your GPU, or a software one (Debian: tools/setup does it), \
+         and look at the list with `halfway devices`"
+    )]
+    NoAdapter,
+    #[error("no device fits --device {wanted}; there are:{list}")]
+    NotFound { wanted: String, list: String },
+    #[error("cannot open the device {name}: {message}")]
+    Open { name: String, message: String },
+    #[error(
+        "the driver of {device} cuts loops short (counted {counts:?}, should be {expected:?}): its pictures would be \
+         wrong. Mesa before 23 does this; install Mesa 25 or newer (Debian: tools/setup takes it from backports), or \
+         choose another device with --device"
+    )]
+    CutsLoops { device: String, counts: Vec<u32>, expected: Vec<u32> },
+    #[error("no shader file '{name}'; this is a defect of Halfway, please report it")]
+    UnknownShader { name: String },
+    #[error("{location}: {message}")]
+    Shader { location: String, message: String },
+    #[error("the driver refuses the kernel {kernel}: {message}")]
+    Pipeline { kernel: String, message: String },
+    #[error(
+        "a kernel needs the buffer '{name}', which this scene does not have; this is a defect of Halfway, please report it"
+    )]
+    MissingBuffer { name: String },
+    #[error(
+        "{name} needs {bytes} bytes, the device binds at most {limit} at once; use a smaller scene, smaller textures, \
+         or another device (`halfway devices`)"
+    )]
+    BufferTooLarge { name: String, bytes: u64, limit: u64 },
+    #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
+    OutOfMemory { name: String, bytes: u64 },
+    #[error("the device was lost ({message}); the picture so far is what was saved last")]
+    Lost { message: String },
+}
 
 /// Pictures: reading, writing, comparing.
 #[derive(Debug, Error)]

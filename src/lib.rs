@@ -10,6 +10,8 @@
 //! Layers, top may use lower, never the reverse:
 //! `main`, `cli` > `render` > `integrator` > `film` > `device` > `accel` > `scene` > `math`.
 
+pub mod accel;
+pub mod device;
 pub mod error;
 pub mod film;
 pub mod math;

@@ -1,1 +1,14 @@
-//! The host side of `shaders/lib`: random numbers, alias tables, frames, colour.
+//! The host side of `shaders/lib`: random numbers, alias tables, frames, colour. The functions here mirror the
+//! shader functions of the same names; a test compares them.
+
+pub mod alias;
+pub mod color;
+pub mod frame;
+pub mod rng;
+pub mod sampling;
+pub mod scale;
+
+/// True unless x is an infinity or a NaN; mirrors the test of bits that the shaders use.
+pub fn is_finite(x: f32) -> bool {
+    x.to_bits() & 0x7f80_0000 != 0x7f80_0000
+}

@@ -1,3 +1,6 @@
 //! The one integration binary.
 
+mod builtin;
+mod device;
 mod film;
+mod gpu;

@@ -1,0 +1,19 @@
+// The acceleration structure and the triangles in its order.
+
+struct Triangle {
+    v0: vec3f,
+    material_flags: u32,
+    v1: vec3f,
+    light: u32,
+    v2: vec3f,
+    scene_index: u32,
+}
+
+const TRIANGLE_FLIPPED: u32 = 0x01000000u;
+const TRIANGLE_ALPHA: u32 = 0x02000000u;
+const TRIANGLE_MATERIAL: u32 = 0x00ffffffu;
+
+/// Compressed wide nodes (Ylitie et al., Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
+/// HPG 2017) as obvhs lays them out, five vec4u a node.
+@group(0) @binding(0) var<storage, read> nodes: array<vec4u>;
+@group(0) @binding(1) var<storage, read> triangles: array<Triangle>;

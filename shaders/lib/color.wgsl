@@ -1,0 +1,10 @@
+// Colours are linear Rec.709.
+
+/// Relative luminance, ITU-R BT.709.
+fn luminance(color: vec3f) -> f32 {
+    return dot(color, vec3f(0.2126, 0.7152, 0.0722));
+}
+
+fn max_component(color: vec3f) -> f32 {
+    return max(color.x, max(color.y, color.z));
+}

@@ -1,0 +1,52 @@
+// Ray against triangle and against the boxes of a wide node.
+
+/// What a ray needs at every triangle: its direction sheared onto the axis it runs along most.
+struct ShearedRay {
+    origin: vec3f,
+    shear: vec3f,
+    /// 0, 1, 2: the axis of the largest component of the direction.
+    axis: u32,
+}
+
+struct TriangleHit {
+    /// Distance; negative where the ray misses.
+    t: f32,
+    b1: f32,
+    b2: f32,
+}
+
+/// Turns the axis into z; a rotation of the components, so the handedness stays.
+fn rotate_axis(v: vec3f, axis: u32) -> vec3f {
+    return select(select(v, v.zxy, axis == 1u), v.yzx, axis == 0u);
+}
+
+fn shear_ray(origin: vec3f, direction: vec3f) -> ShearedRay {
+    let size = abs(direction);
+    let axis = select(select(2u, 1u, size.y >= size.z), 0u, size.x >= max(size.y, size.z));
+    let rotated = rotate_axis(direction, axis);
+    let inv_z = 1.0 / rotated.z;
+    return ShearedRay(origin, vec3f(rotated.xy * inv_z, inv_z), axis);
+}
+
+/// Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, JCGT 2(1), 2013, with one change: the vertices
+/// come sorted (src/accel.rs), so the two triangles at an edge compute its edge function from the same numbers
+/// in the same order, and get the same value even where a driver contracts to fused operations. That is what
+/// their double precision is for; here it is not needed (numerics.md, fact 3).
+fn intersect_triangle(ray: ShearedRay, v0: vec3f, v1: vec3f, v2: vec3f, t_max: f32) -> TriangleHit {
+    let r0 = rotate_axis(v0 - ray.origin, ray.axis);
+    let r1 = rotate_axis(v1 - ray.origin, ray.axis);
+    let r2 = rotate_axis(v2 - ray.origin, ray.axis);
+    let p0 = r0.xy - ray.shear.xy * r0.z;
+    let p1 = r1.xy - ray.shear.xy * r1.z;
+    let p2 = r2.xy - ray.shear.xy * r2.z;
+    // Each edge runs from the lower to the higher vertex: 0 to 1, 1 to 2, 0 to 2.
+    let w2 = p0.x * p1.y - p0.y * p1.x;
+    let w0 = p1.x * p2.y - p1.y * p2.x;
+    let w1 = -(p0.x * p2.y - p0.y * p2.x);
+    let determinant = w0 + w1 + w2;
+    let inside = (min(w0, min(w1, w2)) >= 0.0) || (max(w0, max(w1, w2)) <= 0.0);
+    let inv_determinant = 1.0 / determinant;
+    let t = (w0 * r0.z + w1 * r1.z + w2 * r2.z) * ray.shear.z * inv_determinant;
+    let hit = inside && determinant != 0.0 && t > 0.0 && t < t_max;
+    return TriangleHit(select(-1.0, t, hit), w1 * inv_determinant, w2 * inv_determinant);
+}

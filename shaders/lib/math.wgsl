@@ -1,0 +1,36 @@
+// Constants and small functions that say what they guarantee where WGSL's own do not.
+
+const PI: f32 = 3.14159265358979;
+const INV_PI: f32 = 0.318309886183791;
+const TWO_PI: f32 = 6.28318530717959;
+const INV_TWO_PI: f32 = 0.159154943091895;
+const INV_FOUR_PI: f32 = 0.0795774715459477;
+/// Largest finite number; stands for "no limit" where WGSL has no infinity to write down.
+const MAX_FLOAT: f32 = 0x1.fffffep+127;
+
+/// True unless x is an infinity or a NaN. A test of bits: comparisons may be folded under WGSL's rules.
+fn is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
+}
+
+fn is_finite3(v: vec3f) -> bool {
+    return all((bitcast<vec3u>(v) & vec3u(0x7f800000u)) != vec3u(0x7f800000u));
+}
+
+/// v / |v| for every finite v whose largest component is at least 2^-126; the zero vector below that; v itself
+/// where it is not finite, so that the fault stays visible. WGSL's `normalize` squares first, and so
+/// overflows from 2^64 and vanishes below 2^-63.
+fn safe_normalize(v: vec3f) -> vec3f {
+    let bits = bitcast<vec3u>(v) & vec3u(0x7f800000u);
+    let exponent = max(bits.x, max(bits.y, bits.z));
+    if exponent == 0x7f800000u {
+        return v;
+    }
+    if exponent == 0u {
+        return vec3f(0.0);
+    }
+    // The power of two that brings the largest component into [1, 2), or into [2, 4) at the top of the range.
+    let scale = bitcast<f32>(max(0x7f000000u - exponent, 0x00800000u));
+    let scaled = v * scale;
+    return scaled / sqrt(dot(scaled, scaled));
+}

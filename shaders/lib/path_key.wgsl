@@ -1,0 +1,25 @@
+#import bind/batch
+#import lib/rng
+
+// From a path of the batch to its pixel and its random numbers. A dimension belongs to one purpose:
+// the camera takes 0; the surface at depth d takes BOUNCE_DIMENSIONS numbers from 1 + d * BOUNCE_DIMENSIONS.
+
+const DIMENSION_CAMERA: u32 = 0u;
+const BOUNCE_DIMENSIONS: u32 = 4u;
+const DIMENSION_BSDF: u32 = 1u;
+const DIMENSION_LIGHT: u32 = 2u;
+const DIMENSION_LIGHT_POINT: u32 = 3u;
+const DIMENSION_ALPHA: u32 = 4u;
+
+fn bounce_dimension(depth: u32, purpose: u32) -> u32 {
+    return depth * BOUNCE_DIMENSIONS + purpose;
+}
+
+/// Row-major index of a path's pixel in the whole picture.
+fn path_pixel(path: u32) -> u32 {
+    return batch.first_pixel + path % batch.pixel_count;
+}
+
+fn path_key(path: u32) -> RandomKey {
+    return RandomKey(path_pixel(path), batch.first_sample + path / batch.pixel_count, batch.seed);
+}

@@ -1,0 +1,143 @@
+#import bind/accel
+#import lib/intersect
+
+// One traversal for both questions: the closest hit, and (`#if any_hit`) whether there is a hit at all.
+// Ylitie et al. 2017; the node layout and the order of its bits are those of obvhs.
+
+/// Depth of the tree, set by the host: the stack holds at most one group of siblings a level.
+override STACK_SIZE: u32 = 24u;
+
+struct RayHit {
+    t: f32,
+    triangle: u32,
+    b1: f32,
+    b2: f32,
+}
+
+const NO_TRIANGLE: u32 = 0xffffffffu;
+
+/// The ray in the form that a node's test wants.
+struct BoxRay {
+    origin: vec3f,
+    inv_direction: vec3f,
+    negative: vec3<bool>,
+    /// 7 minus the octant, in every byte: children nearer along the ray get the higher bits.
+    octant: u32,
+}
+
+fn box_ray(origin: vec3f, direction: vec3f) -> BoxRay {
+    // A zero component becomes tiny: its slab is then entered before and left after everything else, without the
+    // NaN of 0 * infinity. 2^-80 squared still does not underflow the products below.
+    let tiny = vec3f(0x1p-80);
+    let safe = select(direction, select(tiny, -tiny, direction < vec3f(0.0)), abs(direction) < tiny);
+    let negative = safe < vec3f(0.0);
+    let octant = select(0u, 1u, negative.x) * 4u + select(0u, 1u, negative.y) * 2u + select(0u, 1u, negative.z);
+    return BoxRay(origin, 1.0 / safe, negative, 7u - octant);
+}
+
+fn bytes(word: u32) -> vec4f {
+    return vec4f(unpack4xU8(word));
+}
+
+/// The bits of four children that the ray enters before `t_max`.
+fn children4(meta4: u32, octant: u32, near: vec4f, far: vec4f) -> u32 {
+    let info = unpack4xU8(meta4);
+    let inner = (info & vec4u(0x18u)) == vec4u(0x18u);
+    let bit = (info ^ select(vec4u(0u), vec4u(octant), inner)) & vec4u(0x1fu);
+    let bits = select(vec4u(0u), (info >> vec4u(5u)) << bit, near <= far);
+    return (bits.x | bits.y) | (bits.z | bits.w);
+}
+
+/// A node's children as bits: inner ones in the high byte by order of visit, triangles in the low 24.
+fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
+    let n0 = nodes[node * 5u];
+    let n1 = nodes[node * 5u + 1u];
+    let n2 = nodes[node * 5u + 2u];
+    let n3 = nodes[node * 5u + 3u];
+    let n4 = nodes[node * 5u + 4u];
+    let exponents = vec3f(
+        bitcast<f32>((n0.w & 0xffu) << 23u),
+        bitcast<f32>(((n0.w >> 8u) & 0xffu) << 23u),
+        bitcast<f32>(((n0.w >> 16u) & 0xffu) << 23u),
+    );
+    let scale = exponents * ray.inv_direction;
+    let start = (bitcast<vec3f>(n0.xyz) - ray.origin) * ray.inv_direction;
+    // Rounding may not close a box: each slab grows by more than the error of the sums below.
+    let slack = (abs(start) + 255.0 * abs(scale)) * 0x1p-22;
+    let start_near = start - slack;
+    let start_far = start + slack;
+    let x = select(n2, n2.zwxy, ray.negative.x);
+    let y = select(n3, n3.zwxy, ray.negative.y);
+    let z = select(n4, n4.zwxy, ray.negative.z);
+    var hits = 0u;
+    {
+        let near_x = bytes(x.x) * scale.x + start_near.x;
+        let near_y = bytes(y.x) * scale.y + start_near.y;
+        let near_z = bytes(z.x) * scale.z + start_near.z;
+        let far_x = bytes(x.z) * scale.x + start_far.x;
+        let far_y = bytes(y.z) * scale.y + start_far.y;
+        let far_z = bytes(z.z) * scale.z + start_far.z;
+        let near = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
+        let far = min(min(far_x, far_y), min(far_z, vec4f(t_max)));
+        hits |= children4(n1.z, ray.octant, near, far);
+    }
+    {
+        let near_x = bytes(x.y) * scale.x + start_near.x;
+        let near_y = bytes(y.y) * scale.y + start_near.y;
+        let near_z = bytes(z.y) * scale.z + start_near.z;
+        let far_x = bytes(x.w) * scale.x + start_far.x;
+        let far_y = bytes(y.w) * scale.y + start_far.y;
+        let far_z = bytes(z.w) * scale.z + start_far.z;
+        let near = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
+        let far = min(min(far_x, far_y), min(far_z, vec4f(t_max)));
+        hits |= children4(n1.w, ray.octant, near, far);
+    }
+    // child base, triangle base, inner children with the mask of all inner ones, triangles
+    return vec4u(n1.x, n1.y, (hits & 0xff000000u) | (n0.w >> 24u), hits & 0x00ffffffu);
+}
+
+/// The hit closest to the origin among t in (0, t_max), or, with `any_hit`, the first one found.
+fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
+    let sheared = shear_ray(origin, direction);
+    let ray = box_ray(origin, direction);
+    var hit = RayHit(t_max, NO_TRIANGLE, 0.0, 0.0);
+    // A group: index of the first child, and bits: unvisited children above, the node's inner mask below.
+    var stack: array<vec2u, STACK_SIZE>;
+    var depth = 0u;
+    var group = vec2u(0u, 0x80000000u);
+    loop {
+        let child_bit = firstLeadingBit(group.y);
+        let mask = group.y;
+        group.y &= ~(1u << child_bit);
+        if group.y > 0x00ffffffu {
+            stack[depth] = group;
+            depth++;
+        }
+        let slot = (child_bit - 24u) ^ ray.octant;
+        let child = group.x + countOneBits(mask & ~(0xffffffffu << slot));
+        let found = intersect_node(child, ray, hit.t);
+        group = found.xz;
+        var pending = found.w;
+        while pending != 0u {
+            let bit = firstLeadingBit(pending);
+            pending &= ~(1u << bit);
+            let index = found.y + bit;
+            let candidate = intersect_triangle(
+                sheared, triangles[index].v0, triangles[index].v1, triangles[index].v2, hit.t);
+            if candidate.t > 0.0 {
+                hit = RayHit(candidate.t, index, candidate.b1, candidate.b2);
+#if any_hit
+                return hit;
+#endif
+            }
+        }
+        if group.y <= 0x00ffffffu {
+            if depth == 0u {
+                break;
+            }
+            depth--;
+            group = stack[depth];
+        }
+    }
+    return hit;
+}

@@ -1,0 +1,197 @@
+//! The scene's triangles in unit space, and the wide BVH over them.
+//!
+//! Unit space: the scene moved so that the middle of its box is the origin, then scaled by the power of two that
+//! brings half of the box's diagonal into [0.5, 1). Kernels see numbers of one size whatever the scene's units
+//! are, and a scene scaled by a power of two or moved exactly gives the same picture bit for bit (C-20, C-22).
+
+use std::time::{Duration, Instant};
+
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+
+use crate::error::AccelError;
+use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
+use crate::scene::Scene;
+
+/// From world space (scene units, f64) to unit space (f32).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UnitSpace {
+    pub centre: DVec3,
+    /// unit = (world - centre) * 2^exponent
+    pub exponent: i32,
+}
+
+impl UnitSpace {
+    pub fn point(&self, world: DVec3) -> Vec3 {
+        // Adding zero turns -0 into +0, so that equal vertices have equal bits.
+        (self.point_f64(world) + DVec3::ZERO).as_vec3()
+    }
+
+    pub fn point_f64(&self, world: DVec3) -> DVec3 {
+        let moved = world - self.centre;
+        DVec3::new(self.length(moved.x), self.length(moved.y), self.length(moved.z))
+    }
+
+    /// A length of the scene in unit space.
+    pub fn length(&self, world: f64) -> f64 {
+        scale_by_power_of_two(world, self.exponent)
+    }
+
+    /// A length of unit space in scene units.
+    pub fn world_length(&self, unit: f64) -> f64 {
+        scale_by_power_of_two(unit, -self.exponent)
+    }
+}
+
+/// A triangle of the BVH's order.
+#[derive(Clone, Copy, Debug)]
+pub struct AccelTriangle {
+    /// Unit space, sorted by their bits: see `shaders/lib/intersect.wgsl`.
+    pub vertices: [Vec3; 3],
+    /// `vertices[i]` is corner `corners[i]` of the scene's triangle.
+    pub corners: [u8; 3],
+    /// The sorted vertices run clockwise seen from the front.
+    pub flipped: bool,
+    pub mesh: u32,
+    /// Index into the mesh's triangles.
+    pub triangle: u32,
+}
+
+/// The acceleration structure.
+#[derive(Clone, Debug)]
+pub struct Accel {
+    /// obvhs' 80-byte nodes as words; never empty.
+    pub nodes: Vec<[u32; 20]>,
+    /// In the order of the nodes' references. Spatial splits may list a triangle more than once.
+    pub triangles: Vec<AccelTriangle>,
+    /// Levels of inner nodes: what a traversal stack must hold.
+    pub depth: u32,
+    /// Triangles left out: zero area, or so thin that their area is zero in unit space.
+    pub dropped: usize,
+    pub unit: UnitSpace,
+    pub build_time: Duration,
+}
+
+impl Accel {
+    /// Builds the BVH. A scene without triangles gets one empty node.
+    ///
+    /// # Errors
+    /// More triangles than a 32-bit index holds.
+    pub fn build(scene: &Scene) -> Result<Self, AccelError> {
+        let start = Instant::now();
+        if scene.triangle_count() > (u32::MAX / 8) as usize {
+            return Err(AccelError::TooManyTriangles { count: scene.triangle_count() });
+        }
+        let unit = unit_space(scene);
+        let (triangles, dropped) = unit_triangles(scene, &unit);
+        if triangles.is_empty() {
+            return Ok(Self {
+                nodes: vec![[0; 20]],
+                triangles,
+                depth: 1,
+                dropped,
+                unit,
+                build_time: start.elapsed(),
+            });
+        }
+        let bvh = build_bvh(&triangles);
+        let depth = depth(&bvh, 0);
+        let ordered = bvh.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        Ok(Self {
+            nodes: bytemuck::cast_slice(&bvh.nodes).to_vec(),
+            triangles: ordered,
+            depth,
+            dropped,
+            unit,
+            build_time: start.elapsed(),
+        })
+    }
+}
+
+fn corners(scene: &Scene) -> impl Iterator<Item = (u32, u32, [DVec3; 3])> {
+    scene.meshes.iter().enumerate().flat_map(|(mesh_index, mesh)| {
+        mesh.triangles.iter().enumerate().map(move |(index, triangle)| {
+            (mesh_index as u32, index as u32, triangle.map(|vertex| mesh.positions[vertex as usize]))
+        })
+    })
+}
+
+/// True for triangles with a direction to face: a finite normal that is not zero.
+fn has_area(corners: &[DVec3; 3]) -> bool {
+    let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
+    // Scaled first, since the product of two tiny edges may underflow.
+    let size = a.abs().max(b.abs()).max_element();
+    let normal = (a / size).cross(b / size);
+    normal.is_finite() && normal != DVec3::ZERO
+}
+
+fn unit_space(scene: &Scene) -> UnitSpace {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (_, _, corners) in corners(scene).filter(|(_, _, corners)| has_area(corners)) {
+        for corner in corners {
+            low = low.min(corner);
+            high = high.max(corner);
+        }
+    }
+    // Half first: the sum of two huge numbers overflows.
+    let centre = 0.5 * low + 0.5 * high;
+    let radius = (0.5 * high - 0.5 * low).length();
+    match normalising_exponent(radius) {
+        Some(exponent) => UnitSpace { centre, exponent },
+        None => UnitSpace::default(),
+    }
+}
+
+fn unit_triangles(scene: &Scene, unit: &UnitSpace) -> (Vec<AccelTriangle>, usize) {
+    let mut triangles = Vec::with_capacity(scene.triangle_count());
+    let mut dropped = 0;
+    for (mesh, triangle, corners) in corners(scene) {
+        let vertices = corners.map(|corner| unit.point(corner));
+        if !has_area(&corners) || !has_area(&vertices.map(|vertex| vertex.as_dvec3())) {
+            dropped += 1;
+            continue;
+        }
+        let mut order = [0u8, 1, 2];
+        order.sort_by(|&a, &b| {
+            let (a, b) = (vertices[a as usize].to_array(), vertices[b as usize].to_array());
+            a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
+        });
+        triangles.push(AccelTriangle {
+            vertices: order.map(|corner| vertices[corner as usize]),
+            corners: order,
+            // Odd permutations turn the winding.
+            flipped: matches!(order, [0, 2, 1] | [1, 0, 2] | [2, 1, 0]),
+            mesh,
+            triangle,
+        });
+    }
+    (triangles, dropped)
+}
+
+/// The slower, better builders pay for themselves in seconds of tracing; past a few hundred thousand triangles
+/// their time would be noticed.
+fn build_bvh(triangles: &[AccelTriangle]) -> CwBvh {
+    let input: Vec<obvhs::triangle::Triangle> = triangles
+        .iter()
+        .map(|triangle| {
+            let [v0, v1, v2] = triangle.vertices.map(Vec3A::from);
+            obvhs::triangle::Triangle { v0, v1, v2 }
+        })
+        .collect();
+    let parameters = if input.len() <= 300_000 {
+        BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }
+    } else {
+        BvhBuildParams::medium_build()
+    };
+    build_cwbvh_from_tris(&input, parameters, &mut Duration::default())
+}
+
+/// Levels of inner nodes below and including `node`.
+fn depth(bvh: &CwBvh, node: usize) -> u32 {
+    let inner = &bvh.nodes[node];
+    let children = inner.imask.count_ones() as usize;
+    let first = inner.child_base_idx as usize;
+    1 + (first..first + children).map(|child| depth(bvh, child)).max().unwrap_or(0)
+}

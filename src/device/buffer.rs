@@ -1,0 +1,163 @@
+//! Device memory by name: a kernel finds its buffers by the names its WGSL gives them.
+
+use std::collections::BTreeMap;
+
+use wgpu::{BufferDescriptor, BufferUsages};
+
+use super::context::Context;
+use crate::error::DeviceError;
+
+/// Named buffers. The names are those of the `var`s in the shaders.
+#[derive(Default)]
+pub struct BufferTable {
+    buffers: BTreeMap<String, wgpu::Buffer>,
+}
+
+impl BufferTable {
+    /// A zeroed storage buffer of `bytes` bytes (rounded up to 16) under `name`, replacing an older one.
+    ///
+    /// # Errors
+    /// [`DeviceError::BufferTooLarge`] past the device's limit for one binding, [`DeviceError::OutOfMemory`].
+    pub fn create(
+        &mut self,
+        context: &Context,
+        name: &str,
+        bytes: u64,
+    ) -> Result<&wgpu::Buffer, DeviceError> {
+        self.create_with(context, name, bytes, BufferUsages::STORAGE)
+    }
+
+    /// As [`create`](Self::create), with the usage beside copying in and out.
+    pub fn create_with(
+        &mut self,
+        context: &Context,
+        name: &str,
+        bytes: u64,
+        usage: BufferUsages,
+    ) -> Result<&wgpu::Buffer, DeviceError> {
+        let bytes = bytes.max(16).next_multiple_of(16);
+        let limits = context.device.limits();
+        let limit = if usage.contains(BufferUsages::UNIFORM) {
+            limits.max_uniform_buffer_binding_size
+        } else {
+            limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+        };
+        if bytes > limit {
+            return Err(DeviceError::BufferTooLarge { name: name.into(), bytes, limit });
+        }
+        let scope = context.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let buffer = context.device.create_buffer(&BufferDescriptor {
+            label: Some(name),
+            size: bytes,
+            usage: usage | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        if pollster::block_on(scope.pop()).is_some() {
+            return Err(DeviceError::OutOfMemory { name: name.into(), bytes });
+        }
+        self.buffers.insert(name.to_string(), buffer);
+        Ok(&self.buffers[name])
+    }
+
+    /// A storage buffer that holds `data`.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn upload<T: bytemuck::Pod>(
+        &mut self,
+        context: &Context,
+        name: &str,
+        data: &[T],
+    ) -> Result<(), DeviceError> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.create(context, name, bytes.len() as u64)?;
+        self.write(context, name, bytes)
+    }
+
+    /// A uniform buffer that holds `data`.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn upload_uniform<T: bytemuck::Pod>(
+        &mut self,
+        context: &Context,
+        name: &str,
+        data: &[T],
+    ) -> Result<(), DeviceError> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.create_with(context, name, bytes.len() as u64, BufferUsages::UNIFORM)?;
+        self.write(context, name, bytes)
+    }
+
+    /// Overwrites the beginning of a buffer.
+    ///
+    /// # Errors
+    /// [`DeviceError::MissingBuffer`] for an unknown name.
+    pub fn write(&self, context: &Context, name: &str, bytes: &[u8]) -> Result<(), DeviceError> {
+        let buffer = self.get(name)?;
+        let whole = bytes.len() / 4 * 4;
+        context.queue.write_buffer(buffer, 0, &bytes[..whole]);
+        if whole < bytes.len() {
+            let mut last = [0u8; 4];
+            last[..bytes.len() - whole].copy_from_slice(&bytes[whole..]);
+            context.queue.write_buffer(buffer, whole as u64, &last);
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// [`DeviceError::MissingBuffer`] for an unknown name.
+    pub fn get(&self, name: &str) -> Result<&wgpu::Buffer, DeviceError> {
+        self.buffers.get(name).ok_or_else(|| DeviceError::MissingBuffer { name: name.into() })
+    }
+
+    /// Lets a second name stand for a buffer (`paths_in` and `paths_out` change places every bounce).
+    pub fn alias(&mut self, name: &str, buffer: wgpu::Buffer) {
+        self.buffers.insert(name.to_string(), buffer);
+    }
+
+    /// Copies the first `bytes` bytes of a buffer to the host, waiting for all work before.
+    ///
+    /// # Errors
+    /// A lost device, or an unknown name.
+    pub fn read(&self, context: &Context, name: &str, bytes: u64) -> Result<Vec<u8>, DeviceError> {
+        read_back(context, self.get(name)?, bytes)
+    }
+
+    /// Name and size in bytes of every buffer.
+    pub fn sizes(&self) -> Vec<(String, u64)> {
+        self.buffers.iter().map(|(name, buffer)| (name.clone(), buffer.size())).collect()
+    }
+}
+
+/// Copies the first `bytes` bytes (a multiple of 4) of `buffer` to the host.
+///
+/// # Errors
+/// A lost device.
+pub fn read_back(context: &Context, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, DeviceError> {
+    if bytes == 0 {
+        return Ok(Vec::new());
+    }
+    let staging = context.device.create_buffer(&BufferDescriptor {
+        label: Some("read back"),
+        size: bytes.next_multiple_of(4),
+        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes.next_multiple_of(4));
+    context.queue.submit([encoder.finish()]);
+    let slice = staging.slice(..);
+    let (sender, receiver) = std::sync::mpsc::channel();
+    slice.map_async(wgpu::MapMode::Read, move |result| {
+        // The receiver only goes when the device is lost, which `wait` reports.
+        let _ = sender.send(result);
+    });
+    context.wait()?;
+    receiver
+        .recv()
+        .map_err(|error| DeviceError::Lost { message: error.to_string() })?
+        .map_err(|error| DeviceError::Lost { message: error.to_string() })?;
+    let view = slice.get_mapped_range().map_err(|error| DeviceError::Lost { message: error.to_string() })?;
+    Ok(view[..bytes as usize].to_vec())
+}

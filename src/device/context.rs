@@ -1,0 +1,154 @@
+//! Choosing a device and making sure that it computes rightly.
+
+use std::fmt::Write as _;
+
+use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
+
+use super::probe;
+use crate::error::DeviceError;
+
+/// Which adapter to take.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum DeviceChoice {
+    /// `WGPU_ADAPTER_NAME` if set, else the first discrete GPU, integrated GPU, any other, software.
+    #[default]
+    Auto,
+    /// As `halfway devices` numbers them.
+    Index(usize),
+    /// A part of the adapter's name, in any case.
+    Name(String),
+    /// A software device.
+    Cpu,
+}
+
+impl std::str::FromStr for DeviceChoice {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match (text, text.parse()) {
+            ("auto", _) => Self::Auto,
+            ("cpu", _) => Self::Cpu,
+            (_, Ok(index)) => Self::Index(index),
+            _ => Self::Name(text.to_string()),
+        })
+    }
+}
+
+/// An open device.
+pub struct Context {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub info: wgpu::AdapterInfo,
+    /// True when kernels can be timed.
+    pub timestamps: bool,
+}
+
+/// Every adapter of this machine, best first: what [`DeviceChoice::Index`] counts.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    let mut descriptor = InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = Backends::VULKAN;
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::VULKAN));
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+impl Context {
+    /// Opens a device and runs the start-up check (`loop_check.wgsl`) on it.
+    ///
+    /// # Errors
+    /// No adapter, none that fits `choice`, or one that computes wrongly.
+    pub fn new(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        let adapters = adapters();
+        let wanted = match choice {
+            DeviceChoice::Auto => match std::env::var("WGPU_ADAPTER_NAME") {
+                Ok(name) if !name.is_empty() => DeviceChoice::Name(name),
+                _ => DeviceChoice::Index(0),
+            },
+            other => other.clone(),
+        };
+        if adapters.is_empty() {
+            return Err(DeviceError::NoAdapter);
+        }
+        let found = adapters.iter().enumerate().find(|(index, adapter)| {
+            let info = adapter.get_info();
+            match &wanted {
+                DeviceChoice::Auto => true,
+                DeviceChoice::Index(wanted) => index == wanted,
+                DeviceChoice::Name(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
+                DeviceChoice::Cpu => info.device_type == DeviceType::Cpu,
+            }
+        });
+        let Some((_, adapter)) = found else {
+            let mut list = String::new();
+            for (index, adapter) in adapters.iter().enumerate() {
+                let _ = write!(list, "\n  {index}: {}", adapter.get_info().name);
+            }
+            return Err(DeviceError::NotFound { wanted: format!("{wanted:?}"), list });
+        };
+        let context = Self::open(adapter)?;
+        probe::check_loops(&context)?;
+        Ok(context)
+    }
+
+    /// Opens an adapter with all of its limits and without the start-up check.
+    fn open(adapter: &wgpu::Adapter) -> Result<Self, DeviceError> {
+        let info = adapter.get_info();
+        let features = adapter.features() & Features::TIMESTAMP_QUERY;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("halfway"),
+            required_features: features,
+            required_limits: adapter.limits(),
+            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| DeviceError::Open { name: info.name.clone(), message: error.to_string() })?;
+        Ok(Self { device, queue, info, timestamps: features.contains(Features::TIMESTAMP_QUERY) })
+    }
+
+    /// True for a software device.
+    pub fn is_cpu(&self) -> bool {
+        self.info.device_type == DeviceType::Cpu
+    }
+
+    /// Name and driver, as reports print them.
+    pub fn describe(&self) -> String {
+        format!("{} [{} {}]", self.info.name, self.info.driver, self.info.driver_info)
+    }
+
+    /// Waits until the device has done all submitted work.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait(&self) -> Result<(), DeviceError> {
+        self.device
+            .poll(PollType::wait_indefinitely())
+            .map_err(|error| DeviceError::Lost { message: error.to_string() })?;
+        Ok(())
+    }
+
+    /// A module without the loop counters that naga would add to every loop: ours end by construction, and the
+    /// counters cost time in the traversal. Bounds stay checked.
+    pub(super) fn create_shader_module(&self, label: &str, code: &str) -> wgpu::ShaderModule {
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(code.into()),
+        };
+        let mut checks = wgpu::ShaderRuntimeChecks::checked();
+        checks.force_loop_bounding = false;
+        // SAFETY: only shaders of this repository come here, and every loop in them runs over a bounded count or
+        // shrinks a finite stack.
+        #[allow(unsafe_code)]
+        unsafe {
+            self.device.create_shader_module_trusted(descriptor, checks)
+        }
+    }
+}

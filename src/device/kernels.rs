@@ -1,0 +1,156 @@
+//! Kernels: a WGSL file with one entry point, compiled for a set of features, bound to buffers by name.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use super::buffer::BufferTable;
+use super::context::Context;
+use super::shader::{Features, Stitched, stitch};
+use crate::error::DeviceError;
+
+/// A compiled kernel.
+pub struct Kernel {
+    pub name: String,
+    pipeline: wgpu::ComputePipeline,
+    /// Group, binding and name of every buffer the entry point uses.
+    slots: Vec<(u32, u32, String)>,
+    /// Invocations a workgroup.
+    pub workgroup: u32,
+    /// Time to parse, validate and create the pipeline (the driver may compile at the first dispatch).
+    pub compile_time: Duration,
+}
+
+/// A kernel with its buffers, ready to dispatch.
+pub struct Bound {
+    pub name: String,
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<(u32, wgpu::BindGroup)>,
+    workgroup: u32,
+}
+
+impl Kernel {
+    /// Compiles the kernel file `name` (its entry point is called `main`).
+    ///
+    /// # Errors
+    /// A shader error with file and line, or what the driver said.
+    pub fn new(
+        context: &Context,
+        name: &str,
+        features: &Features,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, DeviceError> {
+        Self::from_stitched(context, name, &stitch(name, features)?, constants)
+    }
+
+    /// Compiles a stitched text.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_stitched(
+        context: &Context,
+        name: &str,
+        stitched: &Stitched,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, DeviceError> {
+        let start = Instant::now();
+        let (module, info) = stitched.validate()?;
+        let entry = module.entry_points.first().ok_or_else(|| DeviceError::Shader {
+            location: format!("shaders/{name}.wgsl"),
+            message: "no entry point".into(),
+        })?;
+        let uses = info.get_entry_point(0);
+        let slots: Vec<(u32, u32, String)> = module
+            .global_variables
+            .iter()
+            .filter(|(handle, _)| !uses[*handle].is_empty())
+            .filter_map(|(_, variable)| {
+                let binding = variable.binding?;
+                Some((binding.group, binding.binding, variable.name.clone().unwrap_or_default()))
+            })
+            .collect();
+        // Constants a kernel does not declare are those of its siblings.
+        let declared: BTreeSet<&str> =
+            module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
+        let constants: Vec<(&str, f64)> =
+            constants.iter().copied().filter(|(name, _)| declared.contains(name)).collect();
+
+        let scope = context.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = context.create_shader_module(name, &stitched.code);
+        let pipeline = context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: None,
+            module: &module,
+            entry_point: Some(&entry.name),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: None,
+        });
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            return Err(DeviceError::Pipeline { kernel: name.into(), message: error.to_string() });
+        }
+        Ok(Self {
+            name: name.into(),
+            pipeline,
+            slots,
+            workgroup: entry.workgroup_size[0],
+            compile_time: start.elapsed(),
+        })
+    }
+
+    /// Binds the buffers that the kernel names.
+    ///
+    /// # Errors
+    /// [`DeviceError::MissingBuffer`] when `buffers` lacks one.
+    pub fn bind(&self, context: &Context, buffers: &BufferTable) -> Result<Bound, DeviceError> {
+        let group_indices: BTreeSet<u32> = self.slots.iter().map(|slot| slot.0).collect();
+        let mut groups = Vec::new();
+        for group in group_indices {
+            let mut entries = Vec::new();
+            for (_, binding, name) in self.slots.iter().filter(|slot| slot.0 == group) {
+                let buffer = buffers.get(name)?;
+                entries
+                    .push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
+            }
+            let bind_group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(&self.name),
+                layout: &self.pipeline.get_bind_group_layout(group),
+                entries: &entries,
+            });
+            groups.push((group, bind_group));
+        }
+        Ok(Bound {
+            name: self.name.clone(),
+            pipeline: self.pipeline.clone(),
+            groups,
+            workgroup: self.workgroup,
+        })
+    }
+}
+
+impl Bound {
+    /// Records one dispatch with at least `invocations` invocations (the kernel guards its end itself).
+    /// Large counts run over two dimensions; a kernel's index is `id.x + id.y * 65535 * workgroup`.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass, invocations: u32) {
+        let workgroups = invocations.div_ceil(self.workgroup);
+        if workgroups == 0 {
+            return;
+        }
+        self.set(pass);
+        pass.dispatch_workgroups(workgroups.min(65535), workgroups.div_ceil(65535), 1);
+    }
+
+    /// Records one dispatch whose workgroup counts lie in `arguments` at `offset` bytes.
+    pub fn dispatch_indirect(&self, pass: &mut wgpu::ComputePass, arguments: &wgpu::Buffer, offset: u64) {
+        self.set(pass);
+        pass.dispatch_workgroups_indirect(arguments, offset);
+    }
+
+    fn set(&self, pass: &mut wgpu::ComputePass) {
+        pass.set_pipeline(&self.pipeline);
+        for (index, group) in &self.groups {
+            pass.set_bind_group(*index, group, &[]);
+        }
+    }
+}

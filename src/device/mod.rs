@@ -1,0 +1,14 @@
+//! The device: which one, what it can do, its shaders, its memory, its clock.
+
+pub mod buffer;
+pub mod context;
+pub mod kernels;
+pub mod layout;
+pub mod shader;
+pub mod timing;
+
+mod probe;
+
+pub use buffer::BufferTable;
+pub use context::{Context, DeviceChoice};
+pub use kernels::{Bound, Kernel};

@@ -1,0 +1,28 @@
+//! The start-up check: a driver that cuts long loops short would give wrong pictures without a word (N-01).
+
+use super::buffer::BufferTable;
+use super::context::Context;
+use super::kernels::Kernel;
+use crate::error::DeviceError;
+
+/// Runs `loop_check.wgsl`, whose loops are longer than any we trace with.
+///
+/// # Errors
+/// [`DeviceError::CutsLoops`] with the counts found and what to install.
+pub(super) fn check_loops(context: &Context) -> Result<(), DeviceError> {
+    const EXPECTED: [u32; 3] = [200_000, 65_000, 300_000];
+    let kernel = Kernel::new(context, "loop_check", &Default::default(), &[])?;
+    let mut buffers = BufferTable::default();
+    buffers.upload(context, "loop_trips", &EXPECTED)?;
+    buffers.create(context, "loop_counts", 12)?;
+    let bound = kernel.bind(context, &buffers)?;
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), 1);
+    context.queue.submit([encoder.finish()]);
+    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&buffers.read(context, "loop_counts", 12)?);
+    if counts == EXPECTED {
+        Ok(())
+    } else {
+        Err(DeviceError::CutsLoops { device: context.describe(), counts, expected: EXPECTED.to_vec() })
+    }
+}

@@ -1,0 +1,158 @@
+//! WGSL from files: imports, features, and errors that name the file and line.
+//!
+//! Three directives, each alone on its line:
+//!
+//! * `#import lib/rng` puts the text of `shaders/lib/rng.wgsl` here, the first time only.
+//! * `#if feature`, `#if !feature`, `#else`, `#endif` keep or drop lines. What a scene does not need is gone
+//!   from the text, its bindings too, so the driver never sees it.
+
+use std::collections::BTreeSet;
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+use crate::error::DeviceError;
+
+macro_rules! sources {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))),*]
+    };
+}
+
+/// Every shader file, by its path under `shaders/` without the extension.
+pub const SOURCES: &[(&str, &str)] = sources![
+    "bind/accel",
+    "bind/batch",
+    "bind/queue",
+    "camera_rays",
+    "closest_hit",
+    "lib/intersect",
+    "lib/alias",
+    "lib/color",
+    "lib/frame",
+    "lib/math",
+    "lib/path_key",
+    "lib/rng",
+    "lib/sampling",
+    "lib/traverse",
+    "loop_check",
+];
+
+/// The features a stitched text is made with; a name that is absent is off.
+pub type Features = BTreeSet<&'static str>;
+
+/// One WGSL text with the origin of each of its lines.
+#[derive(Clone, Debug)]
+pub struct Stitched {
+    pub code: String,
+    /// File and 1-based line of every line of `code`.
+    origin: Vec<(String, u32)>,
+}
+
+/// Resolves the directives of the file `name` of [`SOURCES`].
+///
+/// # Errors
+/// An unknown file, or an `#if` without its end.
+pub fn stitch(name: &str, features: &Features) -> Result<Stitched, DeviceError> {
+    let text = source(name).ok_or_else(|| DeviceError::UnknownShader { name: name.to_string() })?;
+    stitch_text(name, text, features)
+}
+
+/// Resolves the directives of a text that is no file of ours (tests' kernels).
+pub fn stitch_text(name: &str, text: &str, features: &Features) -> Result<Stitched, DeviceError> {
+    let mut stitched = Stitched { code: String::new(), origin: Vec::new() };
+    let mut seen = BTreeSet::new();
+    append(&mut stitched, &mut seen, name, text, features)?;
+    Ok(stitched)
+}
+
+fn source(name: &str) -> Option<&'static str> {
+    SOURCES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text)
+}
+
+fn append(
+    out: &mut Stitched,
+    seen: &mut BTreeSet<String>,
+    file: &str,
+    text: &str,
+    features: &Features,
+) -> Result<(), DeviceError> {
+    let directive_error = |line: usize, message: &str| DeviceError::Shader {
+        location: format!("{file}.wgsl:{}", line + 1),
+        message: message.to_string(),
+    };
+    // One entry for each open `#if`: is the branch we are in kept?
+    let mut branches: Vec<bool> = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let trimmed = line.trim();
+        if let Some(condition) = trimmed.strip_prefix("#if ") {
+            let condition = condition.trim();
+            let keep = match condition.strip_prefix('!') {
+                Some(name) => !features.contains(name.trim()),
+                None => features.contains(condition),
+            };
+            branches.push(keep);
+        } else if trimmed == "#else" {
+            let branch = branches.last_mut().ok_or_else(|| directive_error(number, "#else without #if"))?;
+            *branch = !*branch;
+        } else if trimmed == "#endif" {
+            branches.pop().ok_or_else(|| directive_error(number, "#endif without #if"))?;
+        } else if branches.iter().all(|keep| *keep) {
+            if let Some(import) = trimmed.strip_prefix("#import ") {
+                let import = import.trim();
+                if seen.insert(import.to_string()) {
+                    let text = source(import)
+                        .ok_or_else(|| directive_error(number, &format!("no shader file '{import}'")))?;
+                    append(out, seen, import, text, features)?;
+                }
+            } else if trimmed.starts_with('#') {
+                return Err(directive_error(number, &format!("unknown directive '{trimmed}'")));
+            } else {
+                out.code.push_str(line);
+                out.code.push('\n');
+                out.origin.push((file.to_string(), number as u32 + 1));
+            }
+        }
+    }
+    if branches.is_empty() {
+        Ok(())
+    } else {
+        Err(directive_error(text.lines().count(), "#if without #endif"))
+    }
+}
+
+impl Stitched {
+    /// `file.wgsl:line` of a 1-based line of the stitched code.
+    pub fn locate(&self, line: u32) -> String {
+        match self.origin.get(line.saturating_sub(1) as usize) {
+            Some((file, line)) => format!("shaders/{file}.wgsl:{line}"),
+            None => format!("line {line} of the stitched shader"),
+        }
+    }
+
+    /// Parses and validates with naga.
+    ///
+    /// # Errors
+    /// What naga found, at its file and line.
+    pub fn validate(&self) -> Result<(naga::Module, naga::valid::ModuleInfo), DeviceError> {
+        let module = naga::front::wgsl::parse_str(&self.code).map_err(|error| {
+            let location =
+                error.location(&self.code).map_or_else(|| "?".into(), |at| self.locate(at.line_number));
+            DeviceError::Shader { location, message: error.message().to_string() }
+        })?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).map_err(
+            |error| {
+                let location =
+                    error.location(&self.code).map_or_else(|| "?".into(), |at| self.locate(at.line_number));
+                let inner = error.into_inner();
+                let mut message = inner.to_string();
+                let mut source = std::error::Error::source(&inner);
+                while let Some(cause) = source {
+                    message = format!("{message}: {cause}");
+                    source = cause.source();
+                }
+                DeviceError::Shader { location, message }
+            },
+        )?;
+        Ok((module, info))
+    }
+}
