@@ -4,6 +4,7 @@
 pub mod alias;
 pub mod color;
 pub mod frame;
+pub mod ggx_albedo;
 pub mod rng;
 pub mod sampling;
 pub mod scale;

@@ -104,4 +104,23 @@ impl Material {
     pub fn is_lambert(&self) -> bool {
         self.metallic == 0.0 && self.specular == 0.0 && self.transmission == 0.0
     }
+
+    /// True where every lobe is narrower than rounding lets a density be computed for: a mirror, smooth glass, or
+    /// a refracting surface whose index hardly differs from its surroundings'. Only a pure metal or a pure
+    /// transmitter can be; in a mixture or under a texture the roughness is raised to the narrowest finite lobe
+    /// instead (`shaders/lib/surface.wgsl` has the same limits).
+    pub fn is_delta(&self) -> bool {
+        let metal = self.metallic == 1.0;
+        let transmitter =
+            self.metallic == 0.0 && self.transmission == 1.0 && self.transmission_texture.is_none();
+        let alpha = self.roughness * self.roughness;
+        let narrow = alpha < MIN_ALPHA
+            || (transmitter && self.volume && alpha * (self.ior - 1.0) < MIN_REFRACTED_SPREAD);
+        self.metallic_roughness_texture.is_none() && (metal || transmitter) && narrow
+    }
 }
+
+/// Narrowest finite lobe, as GGX alpha.
+pub const MIN_ALPHA: f32 = 1e-3;
+/// Narrowest finite refracted lobe, as alpha * |ior - 1|: about its half angle in radians.
+pub const MIN_REFRACTED_SPREAD: f32 = 2e-4;
