@@ -28,6 +28,11 @@ pub enum SceneError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("cannot use the picture {path}: {reason}")]
     Picture { path: PathBuf, reason: String },
+    #[error(
+        "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
+         give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"
+    )]
+    EnvironmentScale { scale: f32, rotation: f32, brightest: f32 },
 }
 
 /// Building the acceleration structure.

@@ -28,6 +28,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/intersect",
     "lib/alias",
     "lib/color",
+    "lib/equal_area",
     "lib/frame",
     "lib/math",
     "lib/path_key",

@@ -2,5 +2,6 @@
 
 mod builtin;
 mod device;
+mod environment;
 mod film;
 mod gpu;
