@@ -96,4 +96,25 @@ pub enum FilmError {
         "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
     )]
     NonFinite { path: PathBuf, count: usize },
+    #[error(
+        "the picture has {} x {} pixels, the reference {} x {}; render at the reference's size (--size)",
+        picture[0], picture[1], reference[0], reference[1]
+    )]
+    Sizes { picture: [u32; 2], reference: [u32; 2] },
+    #[error(
+        "pixels that are NaN or infinite: {picture} in the picture, {reference} in the reference; no metric can judge \
+         them, find their cause first"
+    )]
+    NonFiniteCompared { picture: usize, reference: usize },
+    #[error(
+        "the reference is black, so no error is relative to it; check that the reference is the second file"
+    )]
+    BlackReference,
+    #[error(
+        "{count} pixels of the reference are negative, so no error is relative to them; take a reference that was \
+         rendered without a filter of negative lobes"
+    )]
+    NegativeReference { count: usize },
+    #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
+    Viewer { address: String, source: std::io::Error },
 }
