@@ -30,6 +30,11 @@ pub enum SceneError {
     /// A picture other than a texture, such as an environment.
     #[error("cannot use the picture {path}: {reason}")]
     Picture { path: PathBuf, reason: String },
+    #[error(
+        "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
+         give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"
+    )]
+    EnvironmentScale { scale: f32, rotation: f32, brightest: f32 },
     /// A file that is no glTF, or a damaged GLB.
     #[error("not a readable glTF file: {detail} ({code}); export or download it again")]
     Container { code: &'static str, detail: String },
@@ -129,6 +134,27 @@ pub enum FilmError {
         "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
     )]
     NonFinite { path: PathBuf, count: usize },
+    #[error(
+        "the picture has {} x {} pixels, the reference {} x {}; render at the reference's size (--size)",
+        picture[0], picture[1], reference[0], reference[1]
+    )]
+    Sizes { picture: [u32; 2], reference: [u32; 2] },
+    #[error(
+        "pixels that are NaN or infinite: {picture} in the picture, {reference} in the reference; no metric can judge \
+         them, find their cause first"
+    )]
+    NonFiniteCompared { picture: usize, reference: usize },
+    #[error(
+        "the reference is black, so no error is relative to it; check that the reference is the second file"
+    )]
+    BlackReference,
+    #[error(
+        "{count} pixels of the reference are negative, so no error is relative to them; take a reference that was \
+         rendered without a filter of negative lobes"
+    )]
+    NegativeReference { count: usize },
+    #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
+    Viewer { address: String, source: std::io::Error },
 }
 
 /// Rendering a scene to a picture.

@@ -31,6 +31,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/bsdf",
     "lib/color",
     "lib/dielectric",
+    "lib/equal_area",
     "lib/frame",
     "lib/fresnel",
     "lib/ggx",

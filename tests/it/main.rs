@@ -8,6 +8,7 @@ mod stats;
 mod alias;
 mod builtin;
 mod device;
+mod environment;
 mod film;
 mod gpu;
 mod layers;
