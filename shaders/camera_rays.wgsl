@@ -1,16 +1,18 @@
 #import bind/queue
-#import lib/math
 #import lib/path_key
 
 // Starts the paths of a batch: one ray through a uniform point of each sample's pixel (box filter).
 
-@group(1) @binding(5) var<storage, read_write> radiance: array<vec4f>;
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let path = id.x + id.y * 65535u * 64u;
-    if path >= batch.pixel_count * batch.sample_count {
+    let path = invocation(id);
+    let paths = batch.pixel_count * batch.sample_count;
+    if path >= paths {
         return;
+    }
+    if path == 0u {
+        atomicStore(&counts.paths_out, paths);
+        atomicStore(&counts.shadow_out, 0u);
     }
     let pixel = path_pixel(path);
     let u = uniform4(path_key(path), DIMENSION_CAMERA);
@@ -20,7 +22,4 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let origin = camera.origin + x * camera.origin_dx + y * camera.origin_dy;
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);
     radiance[path] = vec4f(0.0);
-    if path == 0u {
-        atomicStore(&counts[COUNT_PATHS_IN], batch.pixel_count * batch.sample_count);
-    }
 }

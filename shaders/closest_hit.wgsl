@@ -1,14 +1,22 @@
 #import bind/queue
+#import lib/math
 #import lib/traverse
+#if alpha
+#import lib/path_key
+#endif
 
 // Finds where every waiting path meets its next surface.
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let index = id.x + id.y * 65535u * 64u;
-    if index >= atomicLoad(&counts[COUNT_PATHS_IN]) {
+    let index = invocation(id);
+    if index >= counts.paths_in {
         return;
     }
-    let hit = trace(paths_in[index].origin, paths_in[index].direction, 0x1.fffffep+127);
+#if alpha
+    let depth = paths_in[index].depth_medium & 0xffffu;
+    alpha_word = random4(path_key(paths_in[index].path), bounce_dimension(depth, DIMENSION_ALPHA)).x;
+#endif
+    let hit = trace(paths_in[index].origin, paths_in[index].direction, MAX_FLOAT);
     hits[index] = Hit(hit.t, hit.triangle, hit.b1, hit.b2);
 }

@@ -26,6 +26,8 @@ pub enum MathError {
 pub enum SceneError {
     #[error("cannot read {path}: {source}")]
     Read { path: PathBuf, source: std::io::Error },
+    #[error("cannot use the picture {path}: {reason}")]
+    Picture { path: PathBuf, reason: String },
 }
 
 /// Building the acceleration structure.
@@ -79,6 +81,14 @@ pub enum DeviceError {
 /// Pictures: reading, writing, comparing.
 #[derive(Debug, Error)]
 pub enum FilmError {
-    #[error("cannot read {path}: {source}")]
-    Read { path: PathBuf, source: std::io::Error },
+    #[error(transparent)]
+    Input(#[from] SceneError),
+    #[error(
+        "cannot write {path}: {source}; choose another place or make room (an existing file is left as it was)"
+    )]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error(
+        "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
+    )]
+    NonFinite { path: PathBuf, count: usize },
 }

@@ -26,5 +26,5 @@ struct Camera {
     pad5: u32,
 }
 
-@group(1) @binding(3) var<uniform> batch: Batch;
-@group(1) @binding(4) var<uniform> camera: Camera;
+@group(1) @binding(6) var<uniform> batch: Batch;
+@group(1) @binding(7) var<uniform> camera: Camera;

@@ -17,13 +17,37 @@ struct Hit {
     b2: f32,
 }
 
-const NO_HIT: u32 = 0xffffffffu;
+/// A connection waiting for its visibility test. The ray runs over t in (0, t_max).
+struct ShadowRay {
+    origin: vec3f,
+    path: u32,
+    direction: vec3f,
+    t_max: f32,
+    contribution: vec3f,
+    depth: u32,
+}
 
-/// Lengths of the queues: one slot for each use, see `src/integrator/queue.rs`.
-const COUNT_PATHS_IN: u32 = 0u;
-const COUNT_PATHS_OUT: u32 = 1u;
-const COUNT_SHADOW: u32 = 2u;
+/// Lengths of queues, and totals over the render as 64-bit numbers (low word, high word).
+struct Counts {
+    paths_in: u32,
+    paths_out: atomic<u32>,
+    shadow_in: u32,
+    shadow_out: atomic<u32>,
+    closest_total: vec2u,
+    shadow_total: vec2u,
+}
 
 @group(1) @binding(0) var<storage, read_write> paths_in: array<PathRay>;
-@group(1) @binding(1) var<storage, read_write> hits: array<Hit>;
-@group(1) @binding(2) var<storage, read_write> counts: array<atomic<u32>>;
+@group(1) @binding(1) var<storage, read_write> paths_out: array<PathRay>;
+@group(1) @binding(2) var<storage, read_write> hits: array<Hit>;
+@group(1) @binding(3) var<storage, read_write> shadow_rays: array<ShadowRay>;
+@group(1) @binding(4) var<storage, read_write> counts: Counts;
+/// Light found so far by each path of the batch.
+@group(1) @binding(5) var<storage, read_write> radiance: array<vec4f>;
+
+const WORKGROUP: u32 = 64u;
+
+/// Index of an invocation; `Bound::dispatch` lays long rows over y.
+fn invocation(id: vec3u) -> u32 {
+    return id.x + id.y * (65535u * WORKGROUP);
+}

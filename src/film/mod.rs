@@ -1,10 +1,86 @@
 //! From sums of samples to pictures on disk, and the comparison of pictures.
 
-/// A linear RGB picture in `f32`, row 0 at the top.
+pub mod exr;
+pub mod png;
+pub mod tonemap;
+pub mod write;
+
+use std::path::Path;
+
+use crate::error::{FilmError, SceneError};
+use crate::scene::picture_file::PictureFile;
+
+pub use crate::scene::picture_file::Attribute;
+
+/// A scene-linear Rec.709 picture in `f32` with what belongs to it, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct RgbImage {
+pub struct Picture {
     pub width: u32,
     pub height: u32,
-    /// `width * height` pixels, scene-linear Rec.709.
-    pub pixels: Vec<[f32; 3]>,
+    /// Radiance, `width * height` pixels.
+    pub rgb: Vec<[f32; 3]>,
+    /// Further data per pixel, see [`Layer`].
+    pub layers: Vec<Layer>,
+    /// Name and value, written as attributes of the file. Names are unique and no attribute names of OpenEXR.
+    pub metadata: Vec<(String, Attribute)>,
+}
+
+/// Named data per pixel beside the radiance.
+///
+/// The names in use: `albedo` (R, G, B), `normal` (X, Y, Z), `depth` (Z), `samples` (Y), and `variance` (R, G, B):
+/// the estimated variance of the pixel's *mean*, that is the square of its standard error.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layer {
+    /// The part of a channel's name before its last dot; empty for a channel without one, such as `A`.
+    pub name: String,
+    /// Short name (`R`, `X`) and `width * height` samples.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+impl Picture {
+    /// A picture without layers or metadata; `rgb` has `width * height` pixels.
+    pub fn new(width: u32, height: u32, rgb: Vec<[f32; 3]>) -> Self {
+        Self { width, height, rgb, ..Self::default() }
+    }
+
+    /// Reads `.exr`, `.hdr`, `.pfm`, or `.png` (sRGB decoded to linear).
+    ///
+    /// # Errors
+    /// [`FilmError::Input`] when the file cannot be read, is damaged, or has no colours.
+    pub fn read(path: &Path) -> Result<Self, FilmError> {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+            return png::read(path);
+        }
+        let file = PictureFile::read(path)?;
+        let rgb = file.rgb().map_err(|reason| SceneError::Picture { path: path.to_owned(), reason })?;
+        let mut picture = Self::new(file.width, file.height, rgb);
+        picture.metadata = file.attributes;
+        for (name, samples) in file.channels {
+            if !matches!(name.as_str(), "R" | "G" | "B") {
+                let (layer, channel) = name.rsplit_once('.').unwrap_or(("", &name));
+                picture.push_channel(layer, channel, samples);
+            }
+        }
+        Ok(picture)
+    }
+
+    /// Adds a channel to the layer of that name, which is made if there is none. `samples` has `width * height` values.
+    pub fn push_channel(&mut self, layer: &str, channel: &str, samples: Vec<f32>) {
+        let index = self.layers.iter().position(|other| other.name == layer).unwrap_or_else(|| {
+            self.layers.push(Layer { name: layer.to_owned(), channels: Vec::new() });
+            self.layers.len() - 1
+        });
+        self.layers[index].channels.push((channel.to_owned(), samples));
+    }
+
+    /// The samples of a channel, for example `("variance", "R")`.
+    pub fn channel(&self, layer: &str, channel: &str) -> Option<&[f32]> {
+        let layer = self.layers.iter().find(|other| other.name == layer)?;
+        layer.channels.iter().find(|(name, _)| name == channel).map(|(_, samples)| samples.as_slice())
+    }
+
+    /// The value of a metadata entry.
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.metadata.iter().find(|(other, _)| other == name).map(|(_, value)| value)
+    }
 }

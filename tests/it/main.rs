@@ -2,4 +2,5 @@
 
 mod builtin;
 mod device;
+mod film;
 mod gpu;

@@ -1,0 +1,159 @@
+#import bind/surface
+#import lib/frame
+#import lib/math
+#import lib/surface
+#if textures
+#import lib/texture
+#endif
+#if !lambert_only
+#import bind/ggx_albedo
+#endif
+
+// From a point of a triangle to everything that shading needs there.
+
+/// A point on a surface.
+struct SurfacePoint {
+    position: vec3f,
+    /// Length to step off the surface along `world_ng` before a ray starts: 2^-20 of the largest vertex coordinate,
+    /// which is more than the rounding of `position` at every scale (numerics.md, N-07).
+    offset: f32,
+    /// Unit geometric normal of the front side.
+    world_ng: vec3f,
+    material: u32,
+    /// Barycentrics of the three stored vertices.
+    b: vec3f,
+    triangle: u32,
+    area: f32,
+}
+
+fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
+    let v0 = triangles[triangle].v0;
+    let v1 = triangles[triangle].v1;
+    let v2 = triangles[triangle].v2;
+    let flags = triangles[triangle].material_flags;
+    let b0 = 1.0 - b1 - b2;
+    let reach = max(abs(v0), max(abs(v1), abs(v2)));
+    // Edges scaled by a power of two before the product, which would underflow on small triangles.
+    let e1 = v1 - v0;
+    let e2 = v2 - v0;
+    let size = max(abs(e1), abs(e2));
+    let exponent = bitcast<u32>(max(size.x, max(size.y, size.z))) & 0x7f800000u;
+    let scale = bitcast<f32>(0x7f000000u - exponent);
+    let normal = cross(e1 * scale, e2 * scale);
+    let length = sqrt(dot(normal, normal));
+    return SurfacePoint(
+        b0 * v0 + b1 * v1 + b2 * v2,
+        max(reach.x, max(reach.y, reach.z)) * 0x1p-20,
+        normal / select(length, -length, (flags & TRIANGLE_FLIPPED) != 0u),
+        flags & TRIANGLE_MATERIAL,
+        vec3f(b0, b1, b2),
+        triangle,
+        0.5 * length / scale / scale,
+    );
+}
+
+/// Where a ray towards `direction` starts.
+fn ray_origin(point: SurfacePoint, direction: vec3f) -> vec3f {
+    let step = select(-point.offset, point.offset, dot(direction, point.world_ng) > 0.0);
+    return point.position + step * point.world_ng;
+}
+
+#if textures
+fn point_uv(point: SurfacePoint, slot_index: u32) -> vec2f {
+#if uv1
+    if (texture_slots[slot_index - 1u].flags & TEXTURE_UV1) != 0u {
+        return attribute2(point.triangle, point.b, UV1_OFFSET);
+    }
+#endif
+#if uv0
+    return attribute2(point.triangle, point.b, UV0_OFFSET);
+#else
+    return vec2f(0.0);
+#endif
+}
+
+/// The texture in a slot at the point; white where the slot is empty.
+fn slot_value(point: SurfacePoint, slot_index: u32) -> vec4f {
+    if slot_index == 0u {
+        return vec4f(1.0);
+    }
+    return sample_texture(slot_index, point_uv(point, slot_index));
+}
+#else
+fn slot_value(point: SurfacePoint, slot_index: u32) -> vec4f {
+    return vec4f(1.0);
+}
+#endif
+
+/// Base colour and opacity: factor, texture and vertex colour multiplied.
+fn point_base_color(point: SurfacePoint) -> vec4f {
+    let material = point.material;
+    var color = vec4f(materials[material].base_color, materials[material].opacity);
+    color *= slot_value(point, materials[material].base_color_texture);
+#if vertex_colors
+    color *= attribute4(point.triangle, point.b, COLOR_OFFSET);
+#endif
+    return color;
+}
+
+/// Radiance that leaves the point along `world_direction`.
+fn point_emission(point: SurfacePoint, world_direction: vec3f) -> vec3f {
+    let flags = materials[point.material].flags;
+    let front = dot(world_direction, point.world_ng) > 0.0;
+    if !front && (flags & MATERIAL_DOUBLE_SIDED) == 0u {
+        return vec3f(0.0);
+    }
+    var emission = materials[point.material].emission;
+#if textures
+    emission *= slot_value(point, materials[point.material].emission_texture).rgb;
+#endif
+#if unlit
+    // The host has put the light's scale where the emission of an unlit material would stand.
+    if (flags & MATERIAL_UNLIT) != 0u {
+        emission *= point_base_color(point).rgb;
+    }
+#endif
+    return emission;
+}
+
+/// The BSDF's parameters at the point.
+fn point_surface(point: SurfacePoint) -> Surface {
+    let base_color = point_base_color(point).rgb;
+#if lambert_only
+    return surface_lambert(base_color);
+#else
+    let material = materials[point.material];
+    let metallic_roughness = slot_value(point, material.metallic_roughness_texture);
+    return surface_from_factors(SurfaceFactors(
+        base_color,
+        material.metallic * metallic_roughness.b,
+        material.specular_color * slot_value(point, material.specular_color_texture).rgb,
+        material.specular * slot_value(point, material.specular_texture).a,
+        material.roughness * metallic_roughness.g,
+        material.transmission * slot_value(point, material.transmission_texture).r,
+        material.ior,
+        material.flags & (MATERIAL_DELTA | MATERIAL_VOLUME),
+    ));
+#endif
+}
+
+/// The shading frame: interpolated normal, bent by the normal map.
+fn point_frame(point: SurfacePoint) -> Frame {
+    var normal = point.world_ng;
+#if normals
+    let interpolated = safe_normalize(attribute3(point.triangle, point.b, NORMAL_OFFSET));
+    normal = select(normal, interpolated, any(interpolated != vec3f(0.0)));
+#endif
+#if normal_map
+    let slot = materials[point.material].normal_texture;
+    if slot != 0u {
+        let tangent = attribute4(point.triangle, point.b, TANGENT_OFFSET);
+        let bitangent = cross(normal, tangent.xyz) * select(1.0, -1.0, tangent.w < 0.0);
+        let map = sample_texture(slot, point_uv(point, slot)).xyz * 2.0 - 1.0;
+        let scale = materials[point.material].normal_scale;
+        let bent = safe_normalize(map.x * scale * tangent.xyz + map.y * scale * bitangent + map.z * normal);
+        normal = select(normal, bent, any(bent != vec3f(0.0)));
+    }
+#endif
+    return frame_from_normal(normal);
+}
