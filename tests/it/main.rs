@@ -1,6 +1,14 @@
 //! The one integration binary.
 
+mod gpu;
+mod quadrature;
+mod random;
+mod stats;
+
+mod alias;
 mod builtin;
 mod device;
 mod film;
 mod gpu;
+mod rng;
+mod sampling;
