@@ -1,5 +1,6 @@
 //! The one integration binary.
 
+mod bsdf_f64;
 mod gpu;
 mod quadrature;
 mod random;
@@ -7,10 +8,9 @@ mod stats;
 
 mod alias;
 mod builtin;
-mod layers;
 mod device;
+mod film;
+mod layers;
+mod loader;
 mod rng;
 mod sampling;
-mod film;
-mod gpu;
-mod loader;
