@@ -4,12 +4,14 @@ mod bsdf_f64;
 mod gpu;
 mod quadrature;
 mod random;
+mod reference;
 mod stats;
 
 mod alias;
 mod builtin;
 mod device;
 mod film;
+mod judge;
 mod layers;
 mod loader;
 mod rng;
