@@ -1,8 +1,10 @@
 //! The one integration binary.
 
+mod bsdf_f64;
 mod gpu;
 mod quadrature;
 mod random;
+mod reference;
 mod stats;
 
 mod alias;
@@ -11,6 +13,8 @@ mod device;
 mod environment;
 mod film;
 mod gpu;
+mod film;
+mod judge;
 mod layers;
 mod loader;
 mod rng;
