@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 use halfway::math::ggx_albedo::GgxAlbedo;
-use halfway::scene::material::Material;
+use halfway::scene::Material;
 
 /// The table both sides read; `c01_albedo_table` judges it.
 pub fn albedo_table() -> &'static GgxAlbedo {

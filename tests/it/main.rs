@@ -1,14 +1,15 @@
 //! The one integration binary.
 
+mod bsdf_f64;
 mod gpu;
 mod quadrature;
 mod random;
 mod stats;
 
 mod alias;
+mod bsdf;
 mod builtin;
 mod device;
+mod film;
 mod rng;
 mod sampling;
-mod film;
-mod gpu;
