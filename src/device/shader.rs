@@ -22,10 +22,18 @@ macro_rules! sources {
 pub const SOURCES: &[(&str, &str)] = sources![
     "bind/accel",
     "bind/batch",
+<<<<<<< HEAD
     "bind/ggx_albedo",
     "bind/queue",
     "camera_rays",
     "closest_hit",
+=======
+    "bind/film",
+    "bind/ggx_albedo",
+    "bind/lights",
+    "bind/queue",
+    "bind/surface",
+>>>>>>> main
     "lib/alias",
     "lib/bsdf",
     "lib/color",
@@ -34,15 +42,32 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/fresnel",
     "lib/ggx",
     "lib/ggx_albedo",
+<<<<<<< HEAD
     "lib/intersect",
+=======
+    "lib/hit",
+    "lib/intersect",
+    "lib/light",
+>>>>>>> main
     "lib/math",
     "lib/path_key",
     "lib/rng",
+    "lib/roulette",
     "lib/sampling",
     "lib/shading",
     "lib/surface",
+<<<<<<< HEAD
+=======
+    "lib/texture",
+>>>>>>> main
     "lib/traverse",
+    "camera_rays",
+    "closest_hit",
+    "film_accumulate",
     "loop_check",
+    "occlusion",
+    "path_shade",
+    "queue_advance",
 ];
 
 /// The features a stitched text is made with; a name that is absent is off.

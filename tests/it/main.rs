@@ -11,5 +11,7 @@ mod bsdf;
 mod builtin;
 mod device;
 mod film;
+mod layers;
+mod loader;
 mod rng;
 mod sampling;
