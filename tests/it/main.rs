@@ -8,6 +8,7 @@ mod reference;
 mod stats;
 
 mod alias;
+mod bsdf;
 mod builtin;
 mod device;
 mod environment;
@@ -15,6 +16,7 @@ mod film;
 mod gpu;
 mod film;
 mod judge;
+mod film;
 mod layers;
 mod loader;
 mod rng;
