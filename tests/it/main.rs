@@ -4,3 +4,4 @@ mod builtin;
 mod device;
 mod film;
 mod gpu;
+mod loader;
