@@ -3,7 +3,7 @@
 use halfway::error::SceneError;
 use halfway::scene::gltf::{Limits, LoadOptions, load_slice};
 use image::{DynamicImage, ImageFormat, Rgb, RgbImage};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::gltf_file::{F32, GltfFile, I8, U8, U16, encode};
 
@@ -53,6 +53,20 @@ impl Random {
             }
         }
         bytes
+    }
+}
+
+/// All numbers of a document, as pointers into it.
+fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(path.into()),
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, item)| numbers(item, &format!("{path}/{i}"), found));
+        }
+        Value::Object(members) => {
+            members.iter().for_each(|(key, member)| numbers(member, &format!("{path}/{key}"), found));
+        }
+        _ => {}
     }
 }
 
@@ -109,9 +123,8 @@ fn everything() -> GltfFile {
     file
 }
 
-/// Loads mutants of a file; returns how many were still read. A mutant that is read must be consistent.
-fn mutants(original: &[u8], count: usize, seed: u64) -> usize {
-    // What a mutant asks for is not worth the time of a test.
+/// What a mutant asks for is not worth the time of a test.
+fn small() -> LoadOptions {
     let limits = Limits {
         vertices: 1 << 16,
         triangles: 1 << 16,
@@ -119,33 +132,38 @@ fn mutants(original: &[u8], count: usize, seed: u64) -> usize {
         unbacked_elements: 1 << 16,
         ..Limits::default()
     };
-    let options = LoadOptions { limits, ..LoadOptions::default() };
-    let mut random = Random(seed);
-    let mut loaded = 0;
-    for mutant in 0..count {
-        let bytes = random.mutate(original);
-        match load_slice(&bytes, None, &options) {
-            Ok(scene) => {
-                loaded += 1;
-                for mesh in &scene.meshes {
-                    let vertices = mesh.positions.len();
-                    assert!(
-                        mesh.triangles.iter().flatten().all(|&v| (v as usize) < vertices),
-                        "mutant {mutant}"
-                    );
-                    assert!(mesh.positions.iter().all(|p| p.is_finite()), "mutant {mutant}");
-                    assert!(mesh.normals.iter().flatten().all(|n| n.is_normalized()), "mutant {mutant}");
-                    assert!((mesh.material as usize) < scene.materials.len(), "mutant {mutant}");
-                }
+    LoadOptions { limits, ..LoadOptions::default() }
+}
+
+/// Loads a mutant; true where it was still read, and then it must be consistent.
+fn is_read(bytes: &[u8], mutant: &dyn std::fmt::Display) -> bool {
+    match load_slice(bytes, None, &small()) {
+        Ok(scene) => {
+            for mesh in &scene.meshes {
+                let vertices = mesh.positions.len();
+                assert!(mesh.triangles.iter().flatten().all(|&v| (v as usize) < vertices), "mutant {mutant}");
+                assert!(mesh.positions.iter().all(|p| p.is_finite()), "mutant {mutant}");
+                assert!(mesh.normals.iter().flatten().all(|n| n.is_normalized()), "mutant {mutant}");
+                assert!(
+                    mesh.tangents.iter().flatten().all(|t| t.truncate().is_normalized()),
+                    "mutant {mutant}"
+                );
+                assert!((mesh.material as usize) < scene.materials.len(), "mutant {mutant}");
             }
-            // The decoders are others' work, and a panic in one of them is caught; here it must be seen.
-            Err(SceneError::Image { detail, .. }) => {
-                assert_ne!(detail, "the decoder failed", "mutant {mutant}");
-            }
-            Err(error) => assert!(!error.to_string().is_empty()),
+            true
         }
+        // The decoders are others' work, and a panic in one of them is caught; here it must be seen.
+        Err(SceneError::Image { detail, .. }) => {
+            assert_ne!(detail, "the decoder failed", "mutant {mutant}");
+            false
+        }
+        Err(_) => false,
     }
-    loaded
+}
+
+fn count_read(original: &[u8], count: usize, seed: u64) -> usize {
+    let mut random = Random(seed);
+    (0..count).filter(|mutant| is_read(&random.mutate(original), mutant)).count()
 }
 
 #[test]
@@ -154,11 +172,51 @@ fn r02_gltf_and_glb_mutants() {
     let scene = file.scene();
     assert_eq!((scene.meshes.len(), scene.cameras.len(), scene.lights.len()), (3, 1, 1));
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-    let json = mutants(&file.gltf(), 10_000, 1);
-    let glb = mutants(&file.glb(), 10_000, 2);
+    let json = count_read(&file.gltf(), 10_000, 1);
+    let glb = count_read(&file.glb(), 10_000, 2);
     println!("{json} of 10000 glTF and {glb} of 10000 GLB mutants are still read");
     // Most must fail and some must pass, or the mutants prove nothing.
     assert!((500..7_000).contains(&json) && (500..7_000).contains(&glb), "{json} {glb}");
+}
+
+/// Every number of the document in turn becomes each of the numbers at which something ends; the JSON stays well-formed,
+/// so these reach deeper than bytes do.
+#[test]
+fn r02_number_mutants() {
+    let file = everything();
+    let mut pointers = Vec::new();
+    numbers(&file.json, "", &mut pointers);
+    let values = [
+        json!(0),
+        json!(1),
+        json!(2),
+        json!(3),
+        json!(4),
+        json!(5),
+        json!(255),
+        json!(1 << 16),
+        json!(1_u64 << 32),
+        json!(i64::MAX),
+        json!(u64::MAX),
+        json!(u64::MAX - 11),
+        json!(-1),
+        json!(0.5),
+        json!(1e-308),
+        json!(1e38),
+        json!(1e308),
+        json!(-1e308),
+    ];
+    let mut read = 0;
+    for pointer in &pointers {
+        for value in &values {
+            let mut mutant = file.clone();
+            *mutant.json.pointer_mut(pointer).unwrap() = value.clone();
+            read += usize::from(is_read(&mutant.gltf(), &format!("{pointer} = {value}")));
+        }
+    }
+    let count = pointers.len() * values.len();
+    println!("{read} of {count} number mutants are still read");
+    assert!(count > 2_000 && (count / 10..count * 9 / 10).contains(&read), "{read} of {count}");
 }
 
 #[test]
