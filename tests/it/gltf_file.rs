@@ -170,7 +170,7 @@ pub fn code(result: Result<Scene, SceneError>) -> &'static str {
         Err(SceneError::Extensions { .. }) => "extensions",
         Err(SceneError::Limit { .. }) => "limit",
         Err(SceneError::Image { .. }) => "image",
-        Err(SceneError::Picture { .. }) => "picture",
+        Err(SceneError::Picture { .. } | SceneError::EnvironmentScale { .. }) => "picture",
     }
 }
 

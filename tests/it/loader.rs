@@ -283,7 +283,7 @@ fn normals_without_length_are_replaced() {
     let normals = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 1.0]);
     file.attribute("NORMAL", normals);
     // Turned so that z becomes x, which nothing falls back to.
-    file.json["nodes"][0]["matrix"] = json!([0,1,0,0, 0,0,1,0, 1,0,0,0, 0,0,0,1]);
+    file.json["nodes"][0]["matrix"] = json!([0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0, 1]);
     let scene = file.scene();
     assert_eq!(scene.meshes[0].normals.as_deref().unwrap(), [Vec3::X; 3]);
     assert!(scene.warnings[0].contains("1 normals have no length"), "{:?}", scene.warnings);
