@@ -11,6 +11,9 @@
 //! `main`, `cli` > `render` > `integrator` > `film` > `device` > `accel` > `scene` > `math`.
 
 pub mod accel;
+pub mod cli {
+    pub mod compare;
+}
 pub mod device;
 pub mod error;
 pub mod film;

@@ -6,7 +6,7 @@ struct Triangle {
     v1: vec3f,
     light: u32,
     v2: vec3f,
-    scene_index: u32,
+    pad: u32,
 }
 
 const TRIANGLE_FLIPPED: u32 = 0x01000000u;

@@ -28,8 +28,9 @@ impl GgxAlbedo {
         let mut averages = Vec::with_capacity(SIZE);
         for row in 0..SIZE {
             let alpha = node(row) * node(row);
-            let entries: Vec<[f64; 2]> =
-                (0..SIZE).map(|column| directional_albedo(node(column) * node(column), alpha, NODES)).collect();
+            let entries: Vec<[f64; 2]> = (0..SIZE)
+                .map(|column| directional_albedo(node(column) * node(column), alpha, NODES))
+                .collect();
             averages.push([0, 1].map(|part| hemisphere_average(&entries, part) as f32));
             texels.extend(entries.iter().map(|entry| entry.map(|x| x as f32)));
         }
@@ -93,8 +94,8 @@ fn directional_albedo(cos_theta: f64, alpha: f64, nodes: usize) -> [f64; 2] {
             let cos_h = (normal[0] * sin_theta + normal[2] * cos_theta) * inv_length;
             let out_z = 2.0 * cos_h * normal[2] * inv_length - cos_theta;
             if out_z > 0.0 && cos_h > 0.0 {
-                let lengths = [cos_theta, out_z]
-                    .map(|c| (alpha * alpha * (1.0 - c * c).max(0.0) + c * c).sqrt() / c);
+                let lengths =
+                    [cos_theta, out_z].map(|c| (alpha * alpha * (1.0 - c * c).max(0.0) + c * c).sqrt() / c);
                 let shadowing = (1.0 + lengths[0]) / (lengths[0] + lengths[1]);
                 let grazing = (1.0 - cos_h).max(0.0).powi(5);
                 sum[0] += (1.0 - grazing) * shadowing;

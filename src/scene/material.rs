@@ -100,6 +100,21 @@ impl Material {
         Self { name: name.into(), base_color, metallic: 0.0, specular: 0.0, ..Self::default() }
     }
 
+    /// The textures in use, each slot in turn.
+    pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
+        [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.normal_texture,
+            &self.emission_texture,
+            &self.specular_texture,
+            &self.specular_color_texture,
+            &self.transmission_texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
+
     /// True where the surface only scatters by Lambert's law, whatever its textures say.
     pub fn is_lambert(&self) -> bool {
         self.metallic == 0.0 && self.specular == 0.0 && self.transmission == 0.0
