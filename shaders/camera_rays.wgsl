@@ -16,8 +16,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let pixel = path_pixel(path);
     let u = uniform4(path_key(path), DIMENSION_CAMERA);
-    let x = (f32(pixel % batch.width) + u.x) / f32(batch.width);
-    let y = (f32(pixel / batch.width) + u.y) / f32(batch.height);
+    let x = (f32(pixel.x) + u.x) / f32(batch.width);
+    let y = (f32(pixel.y) + u.y) / f32(batch.height);
     let direction = camera.direction + x * camera.direction_dx + y * camera.direction_dy;
     let origin = camera.origin + x * camera.origin_dx + y * camera.origin_dy;
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);

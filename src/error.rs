@@ -21,13 +21,50 @@ pub enum MathError {
     AllWeightsZero { count: usize },
 }
 
-/// Reading a scene.
+/// Reading a scene. `code` is the name that the Khronos glTF validator gives the fault, where it has one.
 #[derive(Debug, Error)]
 pub enum SceneError {
-    #[error("cannot read {path}: {source}")]
+    /// A file that the scene names, or the scene itself.
+    #[error("cannot read {path}: {source}; check that the file is there and readable")]
     Read { path: PathBuf, source: std::io::Error },
+    /// A picture other than a texture, such as an environment.
     #[error("cannot use the picture {path}: {reason}")]
     Picture { path: PathBuf, reason: String },
+    #[error(
+        "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
+         give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"
+    )]
+    EnvironmentScale { scale: f32, rotation: f32, brightest: f32 },
+    /// A file that is no glTF, or a damaged GLB.
+    #[error("not a readable glTF file: {detail} ({code}); export or download it again")]
+    Container { code: &'static str, detail: String },
+    /// The JSON does not parse, or has another shape than glTF 2.0 prescribes.
+    #[error("the glTF JSON is malformed: {source}; export the file again")]
+    Json { source: serde_json::Error },
+    /// Another major version of glTF.
+    #[error("glTF version {version} is not supported, only 2.0 is; convert the file")]
+    Version { version: String },
+    /// A URI that is refused or cannot be decoded.
+    #[error("refused to read \"{uri}\": {reason}")]
+    Uri { uri: String, reason: &'static str },
+    /// Extensions without which the file cannot be shown; all of them, each with advice.
+    #[error("the file requires extensions that are not supported: {names}")]
+    Extensions { names: String },
+    /// More than the loader is willing to hold.
+    #[error("the scene has {count} {what}, more than the limit of {limit}; split or simplify it")]
+    Limit { what: &'static str, count: u64, limit: u64 },
+    /// A picture that cannot be decoded.
+    #[error("cannot decode image {name}: {detail}; save it again as PNG, JPEG or WebP")]
+    Image { name: String, detail: String },
+    /// Anything in the document that breaks glTF's rules.
+    #[error("{at}: {detail} ({code}); export the file again, the Khronos glTF validator shows all faults")]
+    Invalid { at: String, code: &'static str, detail: String },
+}
+
+impl SceneError {
+    pub(crate) fn invalid(at: impl Into<String>, code: &'static str, detail: impl Into<String>) -> Self {
+        Self::Invalid { at: at.into(), code, detail: detail.into() }
+    }
 }
 
 /// Building the acceleration structure.
@@ -74,6 +111,14 @@ pub enum DeviceError {
     BufferTooLarge { name: String, bytes: u64, limit: u64 },
     #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
     OutOfMemory { name: String, bytes: u64 },
+    #[error(
+        "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
+    )]
+    TreeTooDeep { depth: u32, limit: u32 },
+    #[error(transparent)]
+    Math(#[from] MathError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
 }
@@ -91,4 +136,44 @@ pub enum FilmError {
         "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
     )]
     NonFinite { path: PathBuf, count: usize },
+    #[error(
+        "the picture has {} x {} pixels, the reference {} x {}; render at the reference's size (--size)",
+        picture[0], picture[1], reference[0], reference[1]
+    )]
+    Sizes { picture: [u32; 2], reference: [u32; 2] },
+    #[error(
+        "pixels that are NaN or infinite: {picture} in the picture, {reference} in the reference; no metric can judge \
+         them, find their cause first"
+    )]
+    NonFiniteCompared { picture: usize, reference: usize },
+    #[error(
+        "the reference is black, so no error is relative to it; check that the reference is the second file"
+    )]
+    BlackReference,
+    #[error(
+        "{count} pixels of the reference are negative, so no error is relative to them; take a reference that was \
+         rendered without a filter of negative lobes"
+    )]
+    NegativeReference { count: usize },
+    #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
+    Viewer { address: String, source: std::io::Error },
+}
+
+/// Rendering a scene to a picture.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    #[error("there is no camera {wanted}: the scene has {count} (numbered from 0); see `halfway info`")]
+    NoCamera { wanted: usize, count: usize },
+    #[error(
+        "the part {}x{}+{}+{} does not lie in the picture of {width}x{height} pixels; --crop takes X,Y,WIDTH,HEIGHT", region.width, region.height, region.x, region.y
+    )]
+    BadRegion { region: crate::integrator::Region, width: u32, height: u32 },
+    #[error(
+        "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
+    )]
+    TooManyPixels { width: u32, height: u32 },
+    #[error(transparent)]
+    Accel(#[from] AccelError),
+    #[error(transparent)]
+    Device(#[from] DeviceError),
 }

@@ -6,12 +6,14 @@ struct Triangle {
     v1: vec3f,
     light: u32,
     v2: vec3f,
-    scene_index: u32,
+    pad: u32,
 }
 
 const TRIANGLE_FLIPPED: u32 = 0x01000000u;
 const TRIANGLE_ALPHA: u32 = 0x02000000u;
 const TRIANGLE_MATERIAL: u32 = 0x00ffffffu;
+/// In the place of a triangle's index: none.
+const NO_TRIANGLE: u32 = 0xffffffffu;
 
 /// Compressed wide nodes (Ylitie et al., Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
 /// HPG 2017) as obvhs lays them out, five vec4u a node.

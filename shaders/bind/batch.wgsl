@@ -1,14 +1,23 @@
 // Which samples of which pixels a batch holds, and the camera they look through.
 
 struct Batch {
+    /// The whole picture, in pixels.
     width: u32,
     height: u32,
+    /// The part that is rendered: left and top edge and width. The film covers this part.
+    crop_x: u32,
+    crop_y: u32,
+    crop_width: u32,
+    /// First pixel of the batch, row-major in the part, and how many.
     first_pixel: u32,
     pixel_count: u32,
+    /// First sample of each pixel in the batch, and how many.
     first_sample: u32,
     sample_count: u32,
     seed: u32,
+    /// Paths end after this many surfaces.
     max_depth: u32,
+    pad: u32,
 }
 
 struct Camera {

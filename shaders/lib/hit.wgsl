@@ -1,5 +1,5 @@
 #import bind/surface
-#import lib/frame
+#import lib/shading
 #import lib/math
 #import lib/surface
 #if textures
@@ -138,7 +138,7 @@ fn point_surface(point: SurfacePoint) -> Surface {
 }
 
 /// The shading frame: interpolated normal, bent by the normal map.
-fn point_frame(point: SurfacePoint) -> Frame {
+fn point_frame(point: SurfacePoint) -> ShadingFrame {
     var normal = point.world_ng;
 #if normals
     let interpolated = safe_normalize(attribute3(point.triangle, point.b, NORMAL_OFFSET));
@@ -155,5 +155,5 @@ fn point_frame(point: SurfacePoint) -> Frame {
         normal = select(normal, bent, any(bent != vec3f(0.0)));
     }
 #endif
-    return frame_from_normal(normal);
+    return shading_frame(normal, point.world_ng);
 }

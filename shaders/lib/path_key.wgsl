@@ -15,11 +15,14 @@ fn bounce_dimension(depth: u32, purpose: u32) -> u32 {
     return depth * BOUNCE_DIMENSIONS + purpose;
 }
 
-/// Row-major index of a path's pixel in the whole picture.
-fn path_pixel(path: u32) -> u32 {
-    return batch.first_pixel + path % batch.pixel_count;
+/// Column and row, in the whole picture, of a path's pixel.
+fn path_pixel(path: u32) -> vec2u {
+    let pixel = batch.first_pixel + path % batch.pixel_count;
+    return vec2u(batch.crop_x + pixel % batch.crop_width, batch.crop_y + pixel / batch.crop_width);
 }
 
+/// A sample's numbers depend on its place in the whole picture, not on the part that is rendered.
 fn path_key(path: u32) -> RandomKey {
-    return RandomKey(path_pixel(path), batch.first_sample + path / batch.pixel_count, batch.seed);
+    let pixel = path_pixel(path);
+    return RandomKey(pixel.y * batch.width + pixel.x, batch.first_sample + path / batch.pixel_count, batch.seed);
 }

@@ -112,8 +112,13 @@ impl BufferTable {
     }
 
     /// Lets a second name stand for a buffer (`paths_in` and `paths_out` change places every bounce).
-    pub fn alias(&mut self, name: &str, buffer: wgpu::Buffer) {
+    pub fn share(&mut self, name: &str, buffer: wgpu::Buffer) {
         self.buffers.insert(name.to_string(), buffer);
+    }
+
+    /// Takes a name away again, so that no buffer counts twice in [`sizes`](Self::sizes).
+    pub fn unshare(&mut self, name: &str) {
+        self.buffers.remove(name);
     }
 
     /// Copies the first `bytes` bytes of a buffer to the host, waiting for all work before.

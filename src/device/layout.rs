@@ -32,8 +32,7 @@ device_struct! {
         /// Index into `lights` plus one; 0 for a triangle that does not emit.
         pub light: u32,
         pub v2: [f32; 3],
-        /// Index of the triangle in the scene's order.
-        pub scene_index: u32,
+        pub pad: u32,
     }
 }
 
@@ -43,19 +42,20 @@ pub const TRIANGLE_FLIPPED: u32 = 1 << 24;
 pub const TRIANGLE_ALPHA: u32 = 1 << 25;
 
 device_struct! {
-    /// What changes from batch to batch: which samples of which pixels a batch holds.
+    /// Which samples of which pixels a batch holds.
     pub struct Batch {
         pub width: u32,
         pub height: u32,
-        /// First pixel of the batch (row-major index) and how many pixels.
+        pub crop_x: u32,
+        pub crop_y: u32,
+        pub crop_width: u32,
         pub first_pixel: u32,
         pub pixel_count: u32,
-        /// First sample index of the batch and how many samples a pixel.
         pub first_sample: u32,
         pub sample_count: u32,
         pub seed: u32,
-        /// Paths end after this many surface vertices.
         pub max_depth: u32,
+        pub pad: u32,
     }
 }
 
@@ -101,9 +101,132 @@ device_struct! {
     pub struct Hit {
         /// Distance in units of the ray direction's length.
         pub t: f32,
-        /// Index into `triangles`, `NO_HIT` for none.
+        /// Index into `triangles`, `NO_TRIANGLE` for none.
         pub triangle: u32,
         pub b1: f32,
         pub b2: f32,
+    }
+}
+
+device_struct! {
+    /// A connection waiting for its visibility test.
+    pub struct ShadowRay {
+        pub origin: [f32; 3],
+        pub path: u32,
+        pub direction: [f32; 3],
+        pub t_max: f32,
+        pub contribution: [f32; 3],
+        pub depth: u32,
+    }
+}
+
+device_struct! {
+    /// Lengths of queues and totals over the render (low word, high word).
+    pub struct Counts {
+        pub paths_in: u32,
+        pub paths_out: u32,
+        pub shadow_in: u32,
+        pub shadow_out: u32,
+        pub closest_total: [u32; 2],
+        pub shadow_total: [u32; 2],
+    }
+}
+
+device_struct! {
+    /// Sums over the samples of a pixel since the host last took them.
+    pub struct FilmPixel {
+        pub sum: [f32; 3],
+        pub count: u32,
+        pub sum_sq: [f32; 3],
+        pub non_finite: u32,
+    }
+}
+
+device_struct! {
+    /// A material; textures are indices into `texture_slots` plus one.
+    pub struct Material {
+        pub base_color: [f32; 3],
+        pub flags: u32,
+        pub emission: [f32; 3],
+        pub opacity: f32,
+        pub specular_color: [f32; 3],
+        pub specular: f32,
+        pub absorption: [f32; 3],
+        pub alpha_cutoff: f32,
+        pub metallic: f32,
+        pub roughness: f32,
+        pub transmission: f32,
+        pub ior: f32,
+        pub normal_scale: f32,
+        pub base_color_texture: u32,
+        pub metallic_roughness_texture: u32,
+        pub normal_texture: u32,
+        pub emission_texture: u32,
+        pub specular_texture: u32,
+        pub specular_color_texture: u32,
+        pub transmission_texture: u32,
+    }
+}
+
+pub const MATERIAL_DELTA: u32 = 1;
+pub const MATERIAL_VOLUME: u32 = 2;
+pub const MATERIAL_DOUBLE_SIDED: u32 = 4;
+pub const MATERIAL_UNLIT: u32 = 8;
+pub const MATERIAL_MASK: u32 = 16;
+
+device_struct! {
+    /// A texture in a material's slot.
+    pub struct TextureSlot {
+        pub offset: u32,
+        pub width: u32,
+        pub height: u32,
+        pub flags: u32,
+        pub row_u: [f32; 3],
+        pub pad0: u32,
+        pub row_v: [f32; 3],
+        pub pad1: u32,
+    }
+}
+
+pub const TEXTURE_NEAREST: u32 = 16;
+pub const TEXTURE_SRGB: u32 = 32;
+pub const TEXTURE_UV1: u32 = 64;
+
+device_struct! {
+    /// A light with its slot of the alias table over all lights.
+    pub struct Light {
+        pub kind: u32,
+        pub index: u32,
+        pub threshold: u32,
+        pub alias_index: u32,
+        pub pdf_select: f32,
+    }
+}
+
+pub const LIGHT_TRIANGLE: u32 = 0;
+pub const LIGHT_ENVIRONMENT: u32 = 1;
+pub const LIGHT_POINT: u32 = 2;
+pub const LIGHT_SPOT: u32 = 3;
+pub const LIGHT_DIRECTIONAL: u32 = 4;
+
+device_struct! {
+    /// A light without a surface, in unit space.
+    pub struct PunctualLight {
+        pub position: [f32; 3],
+        pub angle_scale: f32,
+        pub intensity: [f32; 3],
+        pub angle_offset: f32,
+        pub direction: [f32; 3],
+        pub pad: u32,
+    }
+}
+
+device_struct! {
+    /// Sums over what the camera sees first in a pixel.
+    pub struct FirstHitPixel {
+        pub albedo: [f32; 3],
+        pub depth: f32,
+        pub normal: [f32; 3],
+        pub hits: u32,
     }
 }

@@ -4,6 +4,7 @@ pub mod buffer;
 pub mod context;
 pub mod kernels;
 pub mod layout;
+pub mod scene;
 pub mod shader;
 pub mod timing;
 

@@ -1,1 +1,118 @@
-//! features
+//! What a scene requires of the kernels: a pure function of the scene. What is false here is not in the shader
+//! text, has no buffer and costs nothing.
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+
+use super::{AlphaMode, Material, Scene, TextureRef};
+
+/// One switch for each part of the kernels that a scene may do without. The names are those of the `#if` lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SceneFeatures {
+    /// Every surface scatters by Lambert's law alone: no microfacets, no table of their albedo.
+    pub lambert_only: bool,
+    /// Some surface transmits light.
+    pub transmission: bool,
+    /// Some surface transmits through a finite lobe.
+    pub rough_transmission: bool,
+    /// Some volume absorbs.
+    pub absorption: bool,
+    /// Masked or blended surfaces.
+    pub alpha: bool,
+    pub textures: bool,
+    /// Interpolated shading normals.
+    pub normals: bool,
+    pub normal_map: bool,
+    pub vertex_colors: bool,
+    pub uv0: bool,
+    pub uv1: bool,
+    /// Surfaces that emit.
+    pub area_lights: bool,
+    /// Unlit surfaces, which emit their base colour.
+    pub unlit: bool,
+    /// Point, spot and directional lights.
+    pub punctual_lights: bool,
+    pub environment: bool,
+}
+
+impl SceneFeatures {
+    /// Reads the features off the materials that meshes use, the lights and the environment.
+    pub fn of(scene: &Scene) -> Self {
+        let used: BTreeSet<u32> =
+            scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty()).map(|mesh| mesh.material).collect();
+        let materials: Vec<&Material> = used.iter().map(|&index| &scene.materials[index as usize]).collect();
+        let any = |test: fn(&Material) -> bool| materials.iter().any(|material| test(material));
+        let slots: Vec<TextureRef> = materials.iter().flat_map(|material| texture_slots(material)).collect();
+        let transmission = any(|m| m.transmission > 0.0 && !m.unlit);
+        let normal_map = any(|m| m.normal_texture.is_some());
+        Self {
+            lambert_only: materials.iter().all(|m| m.is_lambert() || m.unlit),
+            transmission,
+            rough_transmission: transmission && any(|m| m.transmission > 0.0 && !m.unlit && !m.is_delta()),
+            absorption: any(|m| m.volume && m.transmission > 0.0 && m.attenuation_distance.is_finite()),
+            alpha: any(|m| m.alpha_mode != AlphaMode::Opaque),
+            textures: !slots.is_empty(),
+            normals: scene.meshes.iter().any(|mesh| mesh.normals.is_some()),
+            normal_map,
+            vertex_colors: scene.meshes.iter().any(|mesh| mesh.colors.is_some()),
+            uv0: slots.iter().any(|slot| slot.uv_set == 0),
+            uv1: slots.iter().any(|slot| slot.uv_set == 1),
+            area_lights: any(|m| m.emission.max_element() > 0.0 || m.unlit),
+            unlit: any(|m| m.unlit),
+            punctual_lights: !scene.lights.is_empty(),
+            environment: scene.environment.is_some(),
+        }
+    }
+
+    /// Name and value of every switch, in the order of their declaration.
+    pub fn table(&self) -> Vec<(&'static str, bool)> {
+        vec![
+            ("lambert_only", self.lambert_only),
+            ("transmission", self.transmission),
+            ("rough_transmission", self.rough_transmission),
+            ("absorption", self.absorption),
+            ("alpha", self.alpha),
+            ("textures", self.textures),
+            ("normals", self.normals),
+            ("normal_map", self.normal_map),
+            ("vertex_colors", self.vertex_colors),
+            ("uv0", self.uv0),
+            ("uv1", self.uv1),
+            ("area_lights", self.area_lights),
+            ("unlit", self.unlit),
+            ("punctual_lights", self.punctual_lights),
+            ("environment", self.environment),
+        ]
+    }
+
+    /// The switches that are on.
+    pub fn names(&self) -> BTreeSet<&'static str> {
+        self.table().into_iter().filter(|(_, on)| *on).map(|(name, _)| name).collect()
+    }
+
+    /// Vertices carry more than positions.
+    pub fn attributes(&self) -> bool {
+        self.normals || self.normal_map || self.vertex_colors || self.uv0 || self.uv1
+    }
+
+    /// Something in the scene can be sampled as a light.
+    pub fn lights(&self) -> bool {
+        self.area_lights || self.punctual_lights || self.environment
+    }
+}
+
+/// The textures that a material refers to.
+pub fn texture_slots(material: &Material) -> impl Iterator<Item = TextureRef> {
+    [
+        material.base_color_texture,
+        material.metallic_roughness_texture,
+        material.normal_texture,
+        material.emission_texture,
+        material.specular_texture,
+        material.specular_color_texture,
+        material.transmission_texture,
+    ]
+    .into_iter()
+    .flatten()
+}

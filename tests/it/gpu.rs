@@ -38,3 +38,32 @@ pub fn run(
     context.queue.submit([encoder.finish()]);
     outputs.iter().map(|(name, bytes)| buffers.read(context, name, *bytes as u64).expect("read")).collect()
 }
+
+/// Runs a function of WGSL over inputs. `imports` are shader files; `body` declares
+/// `fn twin(x: array<u32, I>) -> array<u32, O>`. Floats travel as bits.
+pub fn map<const I: usize, const O: usize>(
+    imports: &[&str],
+    body: &str,
+    inputs: &[[u32; I]],
+) -> Vec<[u32; O]> {
+    let imports: String = imports.iter().map(|name| format!("#import {name}\n")).collect();
+    let kernel = format!(
+        "{imports}
+        @group(0) @binding(0) var<storage, read> inputs: array<array<u32, {I}>>;
+        @group(0) @binding(1) var<storage, read_write> outputs: array<array<u32, {O}>>;
+        {body}
+        @compute @workgroup_size(64)
+        fn main(@builtin(global_invocation_id) id: vec3u) {{
+            let index = id.x + id.y * 65535u * 64u;
+            if index < {count}u {{
+                outputs[index] = twin(inputs[index]);
+            }}
+        }}",
+        count = inputs.len()
+    );
+    let bytes = bytemuck::cast_slice(inputs.as_flattened());
+    let output =
+        run(&kernel, &[], &[("inputs", bytes)], &[("outputs", inputs.len() * O * 4)], inputs.len() as u32);
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&output[0]);
+    words.as_chunks().0.to_vec()
+}

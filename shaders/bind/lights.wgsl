@@ -1,0 +1,47 @@
+// What can be sampled as a light, and how likely each is picked.
+
+struct Light {
+    /// LIGHT_*
+    kind: u32,
+    /// Index into `triangles` or `punctual_lights`.
+    index: u32,
+    /// Slot of the alias table over all lights.
+    threshold: u32,
+    alias_index: u32,
+    /// Probability of this light.
+    pdf_select: f32,
+}
+
+const LIGHT_TRIANGLE: u32 = 0u;
+const LIGHT_ENVIRONMENT: u32 = 1u;
+const LIGHT_POINT: u32 = 2u;
+const LIGHT_SPOT: u32 = 3u;
+const LIGHT_DIRECTIONAL: u32 = 4u;
+
+@group(0) @binding(8) var<storage, read> lights: array<Light>;
+
+#if punctual_lights
+struct PunctualLight {
+    position: vec3f,
+    /// Spot falloff as glTF has it: (cosine * angle_scale + angle_offset) clamped and squared.
+    angle_scale: f32,
+    intensity: vec3f,
+    angle_offset: f32,
+    direction: vec3f,
+    pad: u32,
+}
+
+@group(0) @binding(9) var<storage, read> punctual_lights: array<PunctualLight>;
+#endif
+
+#if environment
+/// An equal-area square of directions (lib/equal_area): radiance, constant over a texel, and the texel's
+/// probability.
+@group(0) @binding(10) var<storage, read> environment_texels: array<vec4f>;
+/// Threshold and alias of each texel.
+@group(0) @binding(11) var<storage, read> environment_alias: array<vec2u>;
+/// Texels along a side.
+override ENVIRONMENT_SIZE: u32 = 1u;
+/// Index of the environment in `lights`.
+override ENVIRONMENT_LIGHT: u32 = 0u;
+#endif

@@ -1,0 +1,126 @@
+#import bind/lights
+#import lib/alias
+#import lib/hit
+#import lib/rng
+#import lib/sampling
+#if environment
+#import lib/equal_area
+#endif
+
+// Sampling a point on a light as seen from a point of the scene, and the density of doing so.
+
+struct LightSample {
+    /// Unit direction to the light.
+    direction: vec3f,
+    /// Length of the connection, MAX_FLOAT to infinity.
+    distance: f32,
+    /// Radiance along the connection (area, environment), or irradiance (punctual): what f cos is multiplied with
+    /// and `pdf_solid` divides.
+    radiance: vec3f,
+    /// Density per solid angle; for punctual lights the probability of the light.
+    pdf_solid: f32,
+    /// Where the connection ends, stepped off the light's surface.
+    end: vec3f,
+    /// A light that no direction can hit by chance.
+    is_delta: bool,
+}
+
+#if environment
+fn environment_texel(direction: vec3f) -> u32 {
+    let size = f32(ENVIRONMENT_SIZE);
+    let at = min(vec2u(sphere_to_square(direction) * size), vec2u(ENVIRONMENT_SIZE - 1u));
+    return at.y * ENVIRONMENT_SIZE + at.x;
+}
+
+fn environment_radiance(direction: vec3f) -> vec3f {
+    return environment_texels[environment_texel(direction)].rgb;
+}
+
+/// Density of `sample_light` for a direction to the environment.
+fn environment_pdf_solid(direction: vec3f) -> f32 {
+    let texels = f32(ENVIRONMENT_SIZE) * f32(ENVIRONMENT_SIZE);
+    return lights[ENVIRONMENT_LIGHT].pdf_select
+        * environment_texels[environment_texel(direction)].w * texels * INV_FOUR_PI;
+}
+#endif
+
+#if area_lights
+/// Density of `sample_light` for the point of an emitting triangle, seen along `direction` over `distance`.
+fn area_light_pdf_solid(point: SurfacePoint, light: u32, direction: vec3f, distance: f32) -> f32 {
+    let cos_light = abs(dot(direction, point.world_ng));
+    return lights[light].pdf_select * distance * distance / (point.area * cos_light);
+}
+#endif
+
+/// Picks a light by power and a point on it. `words`: which light, then where. pdf_solid 0: nothing to connect to.
+fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> LightSample {
+    var sample: LightSample;
+    let draw = alias_draw(words.xy, arrayLength(&lights));
+    let index = alias_pick(draw, lights[draw.slot].threshold, lights[draw.slot].alias_index);
+    let light = lights[index];
+    let u = vec2f(uniform_from_word(words.z), uniform_from_word(words.w));
+    switch light.kind {
+#if area_lights
+        case LIGHT_TRIANGLE: {
+            let b = sample_triangle(u);
+            let point = surface_point(light.index, b.y, b.z);
+            let towards = point.position - origin.position;
+            let start = ray_origin(origin, towards);
+            sample.end = ray_origin(point, -towards);
+            let span = point.position - start;
+            let distance = length(span);
+            if distance > 0.0 {
+                sample.direction = span / distance;
+                sample.distance = distance;
+                sample.radiance = point_emission(point, -sample.direction);
+                let cos_light = abs(dot(sample.direction, point.world_ng));
+                if cos_light >= MIN_COS {
+                    sample.pdf_solid = area_light_pdf_solid(point, index, sample.direction, distance);
+                }
+            }
+        }
+#endif
+#if environment
+        case LIGHT_ENVIRONMENT: {
+            let texels = ENVIRONMENT_SIZE * ENVIRONMENT_SIZE;
+            let slot = alias_draw(point_words.xy, texels);
+            let texel = alias_pick(slot, environment_alias[slot.slot].x, environment_alias[slot.slot].y);
+            let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
+            sample.direction = square_to_sphere((corner + u) / f32(ENVIRONMENT_SIZE));
+            sample.distance = MAX_FLOAT;
+            sample.radiance = environment_texels[texel].rgb;
+            sample.pdf_solid = light.pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
+        }
+#endif
+#if punctual_lights
+        case LIGHT_DIRECTIONAL: {
+            sample.direction = -punctual_lights[light.index].direction;
+            sample.distance = MAX_FLOAT;
+            sample.radiance = punctual_lights[light.index].intensity;
+            sample.pdf_solid = light.pdf_select;
+            sample.is_delta = true;
+        }
+        case LIGHT_POINT, LIGHT_SPOT: {
+            let punctual = punctual_lights[light.index];
+            let start = ray_origin(origin, punctual.position - origin.position);
+            let span = punctual.position - start;
+            let distance = length(span);
+            if distance > 0.0 {
+                sample.direction = span / distance;
+                sample.distance = distance;
+                sample.end = punctual.position;
+                sample.pdf_solid = light.pdf_select;
+                sample.is_delta = true;
+                var falloff = 1.0;
+                if light.kind == LIGHT_SPOT {
+                    let cosine = -dot(sample.direction, punctual.direction);
+                    falloff = clamp(cosine * punctual.angle_scale + punctual.angle_offset, 0.0, 1.0);
+                }
+                sample.radiance = punctual.intensity * (falloff * falloff) / distance / distance;
+            }
+        }
+#endif
+        default: {}
+    }
+    return sample;
+}

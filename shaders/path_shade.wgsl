@@ -1,0 +1,148 @@
+#import bind/accel
+#import bind/queue
+#import lib/hit
+#import lib/path_key
+#import lib/roulette
+#import lib/shading
+#if lights
+#import lib/light
+#endif
+
+// The path tracer, one surface at a time: emission with its weight, one connection to a light, one bounce.
+// Veach 1997, chapter 9 (multiple importance sampling, balance heuristic). Both densities of a direction carry
+// the roulette of the surface they leave.
+
+/// Share of the light along a segment that a volume lets through. The segment is inside where one of its ends
+/// sees it on the inner side of a volume's boundary.
+fn transmittance(medium: u32, distance: f32) -> vec3f {
+#if absorption
+    if medium != 0u {
+        return exp(-materials[medium - 1u].absorption * distance);
+    }
+#endif
+    return vec3f(1.0);
+}
+
+/// The medium (material index plus one) of a segment that leaves the point towards `world_direction`.
+fn medium_towards(point: SurfacePoint, world_direction: vec3f) -> u32 {
+#if absorption
+    let inside = dot(world_direction, point.world_ng) < 0.0;
+    if inside && (materials[point.material].flags & MATERIAL_VOLUME) != 0u {
+        return point.material + 1u;
+    }
+#endif
+    return 0u;
+}
+
+/// Weight of a sample by balance heuristic: its own density against the other technique's.
+fn balance(pdf: f32, other: f32) -> f32 {
+    // Divided first: the sum of two huge densities overflows.
+    return 1.0 / (1.0 + other / pdf);
+}
+
+fn add_radiance(path: u32, light: vec3f) {
+    radiance[path] += vec4f(light, 0.0);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let index = invocation(id);
+    if index >= counts.paths_in {
+        return;
+    }
+    let ray = paths_in[index];
+    let hit = hits[index];
+    if hit.triangle == NO_TRIANGLE {
+#if environment
+        var weight = 1.0;
+        if ray.pdf_solid > 0.0 {
+            weight = balance(ray.pdf_solid, environment_pdf_solid(ray.direction));
+        }
+        add_radiance(ray.path, ray.throughput * environment_radiance(ray.direction) * weight);
+#endif
+        return;
+    }
+    let point = surface_point(hit.triangle, hit.b1, hit.b2);
+    let world_out = -ray.direction;
+    let depth = ray.depth_medium & 0xffffu;
+    var throughput = ray.throughput;
+#if absorption
+    let medium_behind = ray.depth_medium >> 16u;
+    let medium = select(medium_behind, medium_towards(point, world_out), medium_behind == 0u);
+    throughput *= transmittance(medium, hit.t);
+#endif
+
+#if area_lights
+    let light_index = triangles[hit.triangle].light;
+    if light_index != 0u {
+        var weight = 1.0;
+        if ray.pdf_solid > 0.0 {
+            weight = balance(ray.pdf_solid, area_light_pdf_solid(point, light_index - 1u, ray.direction, hit.t));
+        }
+        add_radiance(ray.path, throughput * point_emission(point, world_out) * weight);
+    }
+#endif
+    if depth + 1u >= batch.max_depth {
+        return;
+    }
+#if unlit
+    if (materials[point.material].flags & MATERIAL_UNLIT) != 0u {
+        return;
+    }
+#endif
+
+    let surface = point_surface(point);
+    let frame = point_frame(point);
+    let key = path_key(ray.path);
+    let survives = survival(surface);
+
+#if lights
+    if (surface.flags & SURFACE_DELTA) == 0u {
+        let sample = sample_light(
+            point,
+            random4(key, bounce_dimension(depth, DIMENSION_LIGHT)),
+            random4(key, bounce_dimension(depth, DIMENSION_LIGHT_POINT)),
+        );
+        if sample.pdf_solid > 0.0 {
+            let f = shading_eval(surface, frame, world_out, sample.direction);
+            let cos_surface = abs(dot(sample.direction, point.world_ng));
+            var weight = 1.0;
+            if !sample.is_delta {
+                let bsdf_pdf = shading_pdf_solid(surface, frame, world_out, sample.direction) * survives;
+                weight = balance(sample.pdf_solid, bsdf_pdf);
+            }
+            let through = transmittance(medium_towards(point, sample.direction), sample.distance);
+            let contribution =
+                throughput * through * f * (cos_surface * weight / sample.pdf_solid) * sample.radiance;
+            if any(contribution != vec3f(0.0)) {
+                let origin = ray_origin(point, sample.direction);
+                var shadow = ShadowRay(origin, ray.path, sample.direction, MAX_FLOAT, contribution, depth);
+                if sample.distance < MAX_FLOAT {
+                    shadow.direction = sample.end - origin;
+                    shadow.t_max = 1.0 - 0x1p-20;
+                }
+                shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
+            }
+        }
+    }
+#endif
+
+    let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
+    if u.w >= survives {
+        return;
+    }
+    let bounce = shading_sample(surface, frame, world_out, u.xyz, true);
+    let next_throughput = throughput * bounce.weight / survives;
+    if bounce.pdf_solid == 0.0 || !any(next_throughput != vec3f(0.0)) {
+        return;
+    }
+    let is_delta = (bounce.event & BSDF_DELTA) != 0u;
+    paths_out[atomicAdd(&counts.paths_out, 1u)] = PathRay(
+        ray_origin(point, bounce.w),
+        ray.path,
+        bounce.w,
+        select(bounce.pdf_solid * survives, 0.0, is_delta),
+        next_throughput,
+        (depth + 1u) | (medium_towards(point, bounce.w) << 16u),
+    );
+}

@@ -1,0 +1,222 @@
+//! Everything that can be sampled as a light, in one alias table by power.
+
+use glam::{Vec2, Vec3};
+
+use super::{punctual_intensity, scaled};
+use crate::accel::{Accel, AccelTriangle};
+use crate::device::layout::{
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
+};
+use crate::device::{BufferTable, Context};
+use crate::error::DeviceError;
+use crate::math::alias::{AliasTable, defensive_mix};
+use crate::math::color::luminance;
+use crate::math::scale::scale_by_power_of_two;
+use crate::scene::environment::EqualAreaMap;
+use crate::scene::{LightKind, Scene, SceneFeatures, TextureRef};
+
+/// Share of the picks that go evenly to all lights: the power of a light says little about what reaches a point.
+const DEFENSIVE_SHARE: f64 = 0.1;
+
+/// The lights of a scene, laid out for the device.
+pub(super) struct Lights {
+    pub entries: Vec<Light>,
+    /// Index plus one into `entries` for every triangle of the BVH; 0 for none.
+    pub of_triangle: Vec<u32>,
+    punctual: Vec<PunctualLight>,
+    environment: Option<DeviceEnvironment>,
+}
+
+struct DeviceEnvironment {
+    size: u32,
+    /// Index in `entries`.
+    light: usize,
+    /// Radiance, and probability of the texel.
+    texels: Vec<[f32; 4]>,
+    alias: Vec<[u32; 2]>,
+}
+
+/// Lists the lights and their probabilities. Lights without power are left out: emission that is black where it was
+/// looked at is still found by chance hits, with full weight.
+///
+/// # Errors
+/// An environment whose scaled radiance is no number.
+pub(super) fn collect(
+    scene: &Scene,
+    accel: &Accel,
+    features: &SceneFeatures,
+    radiance_exponent: i32,
+) -> Result<Lights, DeviceError> {
+    let mut lights = Lights {
+        entries: Vec::new(),
+        of_triangle: vec![0; accel.triangles.len()],
+        punctual: Vec::new(),
+        environment: None,
+    };
+    let mut powers: Vec<f64> = Vec::new();
+    let mut add = |entries: &mut Vec<Light>, kind: u32, index: usize, power: f64| {
+        let drawable = power > 0.0;
+        if drawable {
+            entries.push(Light { kind, index: index as u32, ..Light::default() });
+            powers.push(power);
+        }
+        drawable
+    };
+    if features.area_lights {
+        // Spatial splits list a triangle more than once; it is one light all the same.
+        let mut seen = std::collections::BTreeMap::new();
+        for (index, triangle) in accel.triangles.iter().enumerate() {
+            let known = seen.get(&(triangle.mesh, triangle.triangle)).copied();
+            let light = known.unwrap_or_else(|| {
+                let power = triangle_power(scene, triangle, radiance_exponent);
+                if add(&mut lights.entries, LIGHT_TRIANGLE, index, power) {
+                    lights.entries.len() as u32
+                } else {
+                    0
+                }
+            });
+            seen.insert((triangle.mesh, triangle.triangle), light);
+            lights.of_triangle[index] = light;
+        }
+    }
+    if features.punctual_lights {
+        for light in &scene.lights {
+            let intensity = punctual_intensity(light, &accel.unit);
+            let intensity: Vec3 =
+                intensity.to_array().map(|c| scale_by_power_of_two(c, -radiance_exponent) as f32).into();
+            let (kind, scale, offset, solid_angle) = match light.kind {
+                LightKind::Point => (LIGHT_POINT, 0.0, 1.0, 4.0 * std::f64::consts::PI),
+                LightKind::Spot { inner, outer } => {
+                    let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
+                    let cap = 2.0 * std::f64::consts::PI * (1.0 - f64::from(outer).cos());
+                    (LIGHT_SPOT, scale, -outer.cos() * scale, cap)
+                }
+                // What falls on the disc around the unit scene.
+                LightKind::Directional => (LIGHT_DIRECTIONAL, 0.0, 1.0, std::f64::consts::PI),
+            };
+            let power = f64::from(luminance(intensity)) * solid_angle;
+            if add(&mut lights.entries, kind, lights.punctual.len(), power) {
+                lights.punctual.push(PunctualLight {
+                    position: accel.unit.point(light.position).to_array(),
+                    angle_scale: scale,
+                    intensity: intensity.to_array(),
+                    angle_offset: offset,
+                    direction: light.direction.to_array(),
+                    pad: 0,
+                });
+            }
+        }
+    }
+    let map = match (features.environment, &scene.environment) {
+        (true, Some(environment)) => EqualAreaMap::new(environment)?,
+        _ => None,
+    };
+    if let Some(map) = map {
+        let texels: Vec<Vec3> =
+            map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
+        let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
+        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        let table = AliasTable::new(&weights)?;
+        // Radiance over all directions, falling on the disc around the unit scene.
+        add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, mean * 4.0 * std::f64::consts::PI.powi(2));
+        lights.environment = Some(DeviceEnvironment {
+            size: map.size,
+            light: lights.entries.len() - 1,
+            texels: texels
+                .iter()
+                .enumerate()
+                .map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32])
+                .collect(),
+            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
+        });
+    }
+    if !powers.is_empty() {
+        let table = AliasTable::new(&defensive_mix(&powers, DEFENSIVE_SHARE)?)?;
+        for (index, (light, entry)) in lights.entries.iter_mut().zip(table.entries()).enumerate() {
+            light.threshold = entry.threshold;
+            light.alias_index = entry.alias;
+            light.pdf_select = table.pdf_select(index) as f32;
+        }
+    }
+    Ok(lights)
+}
+
+impl Lights {
+    /// Uploads what there is.
+    pub(super) fn upload(
+        &self,
+        context: &Context,
+        buffers: &mut BufferTable,
+        constants: &mut Vec<(&'static str, f64)>,
+    ) -> Result<(), DeviceError> {
+        if !self.entries.is_empty() {
+            buffers.upload(context, "lights", &self.entries)?;
+        }
+        if !self.punctual.is_empty() {
+            buffers.upload(context, "punctual_lights", &self.punctual)?;
+        }
+        if let Some(environment) = &self.environment {
+            buffers.upload(context, "environment_texels", &environment.texels)?;
+            buffers.upload(context, "environment_alias", &environment.alias)?;
+            constants.push(("ENVIRONMENT_SIZE", f64::from(environment.size)));
+            constants.push(("ENVIRONMENT_LIGHT", environment.light as f64));
+        }
+        Ok(())
+    }
+
+    /// Kinds of light that turned out to have no power are features that the kernels can do without.
+    pub(super) fn restrict(&self, features: &mut SceneFeatures) {
+        features.environment &= self.environment.is_some();
+        features.punctual_lights &= !self.punctual.is_empty();
+    }
+}
+
+/// Luminous power in unit space, up to a common factor: area times the mean radiance over the triangle.
+fn triangle_power(scene: &Scene, triangle: &AccelTriangle, radiance_exponent: i32) -> f64 {
+    let mesh = &scene.meshes[triangle.mesh as usize];
+    let material = &scene.materials[mesh.material as usize];
+    let (factor, texture) = if material.unlit {
+        (material.base_color, material.base_color_texture)
+    } else {
+        (material.emission, material.emission_texture)
+    };
+    let radiance = luminance(scaled(factor, radiance_exponent));
+    if radiance <= 0.0 {
+        return 0.0;
+    }
+    let [a, b, c] = triangle.vertices.map(|vertex| vertex.as_dvec3());
+    let area = 0.5 * (b - a).cross(c - a).length();
+    let sides = if material.double_sided { 2.0 } else { 1.0 };
+    let mean = texture.map_or(1.0, |texture| {
+        mesh.uvs[texture.uv_set as usize].as_ref().map_or(1.0, |uvs| {
+            let corners = mesh.triangles[triangle.triangle as usize].map(|vertex| uvs[vertex as usize]);
+            mean_luminance(scene, &texture, corners)
+        })
+    });
+    area * f64::from(radiance) * sides * f64::from(mean)
+}
+
+/// Mean luminance of a texture over a triangle of texture space, from a fixed pattern of look-ups. It only steers
+/// how often the triangle is picked, so coarse is good enough; but never 0 where a texel might shine.
+fn mean_luminance(scene: &Scene, reference: &TextureRef, uvs: [Vec2; 3]) -> f32 {
+    const STEPS: usize = 12;
+    const FLOOR: f32 = 1e-3;
+    let texture = scene.textures[reference.texture as usize];
+    let image = &scene.images[texture.image as usize];
+    let mut sum = 0.0;
+    let mut count = 0.0;
+    for i in 0..STEPS {
+        for j in 0..STEPS - i {
+            let (b1, b2) = ((i as f32 + 1.0 / 3.0) / STEPS as f32, (j as f32 + 1.0 / 3.0) / STEPS as f32);
+            let uv = uvs[0] * (1.0 - b1 - b2) + uvs[1] * b1 + uvs[2] * b2;
+            let uv = reference.transform.transform_point2(uv);
+            let at = |x: f32, size: u32| ((x.rem_euclid(1.0) * size as f32) as u32).min(size - 1);
+            let texel = image.texels[(at(uv.y, image.height) * image.width + at(uv.x, image.width)) as usize];
+            // Gamma 2 is near enough to sRGB for a weight.
+            let linear = |byte: u8| (f32::from(byte) / 255.0) * (f32::from(byte) / 255.0);
+            sum += luminance(Vec3::new(linear(texel[0]), linear(texel[1]), linear(texel[2])));
+            count += 1.0;
+        }
+    }
+    (sum / count).max(FLOOR)
+}

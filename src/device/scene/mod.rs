@@ -1,0 +1,175 @@
+//! The scene in device memory: exactly the buffers that its features name.
+
+mod lights;
+mod materials;
+mod vertices;
+
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use super::buffer::BufferTable;
+use super::context::Context;
+use super::layout::{self, Camera};
+use super::shader::Features;
+use crate::accel::{Accel, UnitSpace};
+use crate::error::DeviceError;
+use crate::math::ggx_albedo::GgxAlbedo;
+use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
+use crate::scene::{self, Projection, Scene, SceneFeatures};
+
+/// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
+const STACK: u32 = 16;
+const DEEP_STACK: u32 = 64;
+
+/// A scene on a device, with what its kernels must be compiled with.
+pub struct DeviceScene {
+    pub buffers: BufferTable,
+    pub features: SceneFeatures,
+    /// Values of the kernels' `override` constants that follow from the scene.
+    pub constants: Vec<(&'static str, f64)>,
+    pub unit: UnitSpace,
+    /// Device radiance times 2^this is the scene's radiance.
+    pub radiance_exponent: i32,
+    pub light_count: usize,
+    /// The BVH is deeper than the traversal's ordinary stack.
+    deep_tree: bool,
+    pub upload_time: Duration,
+}
+
+impl DeviceScene {
+    /// Lays the scene out for `features` (those of the scene; tests force some) and uploads it.
+    ///
+    /// # Errors
+    /// A part that does not fit the device.
+    pub fn new(
+        context: &Context,
+        scene: &Scene,
+        accel: &Accel,
+        mut features: SceneFeatures,
+    ) -> Result<Self, DeviceError> {
+        let start = Instant::now();
+        let mut buffers = BufferTable::default();
+        if accel.depth > DEEP_STACK {
+            return Err(DeviceError::TreeTooDeep { depth: accel.depth, limit: DEEP_STACK });
+        }
+        let mut constants = Vec::new();
+        let radiance_exponent = radiance_exponent(scene, &accel.unit);
+        let lights = lights::collect(scene, accel, &features, radiance_exponent)?;
+        lights.restrict(&mut features);
+
+        buffers.upload(context, "nodes", &accel.nodes)?;
+        buffers.upload(context, "triangles", &triangles(scene, accel, &lights.of_triangle))?;
+        materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
+        if features.attributes() {
+            vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
+        }
+        if !features.lambert_only {
+            buffers.upload_uniform(context, "ggx_albedo_table", &GgxAlbedo::new().texels)?;
+        }
+        lights.upload(context, &mut buffers, &mut constants)?;
+        Ok(Self {
+            buffers,
+            features,
+            constants,
+            unit: accel.unit,
+            radiance_exponent,
+            light_count: lights.entries.len(),
+            deep_tree: accel.depth > STACK,
+            upload_time: start.elapsed(),
+        })
+    }
+
+    /// The names that the kernels' `#if` lines test.
+    pub fn kernel_features(&self) -> Features {
+        let mut names = self.features.names();
+        if self.features.attributes() {
+            names.insert("attributes");
+        }
+        if self.light_count > 0 {
+            names.insert("lights");
+        }
+        if self.deep_tree {
+            names.insert("deep_tree");
+        }
+        names
+    }
+
+    /// The camera in unit space for a picture of `width` x `height` pixels.
+    pub fn camera(&self, camera: &scene::Camera, width: u32, height: u32) -> Camera {
+        let aspect = width as f32 / height as f32;
+        let origin = self.unit.point(camera.position);
+        let mut device = Camera { origin: origin.to_array(), ..Camera::default() };
+        match camera.projection {
+            Projection::Perspective { yfov } => {
+                let tangent = (0.5 * yfov).tan();
+                let (right, up) = (camera.right * tangent * aspect, camera.up * tangent);
+                device.direction = (camera.forward - right + up).to_array();
+                device.direction_dx = (2.0 * right).to_array();
+                device.direction_dy = (-2.0 * up).to_array();
+            }
+            Projection::Orthographic { ymag, .. } => {
+                let half = self.unit.length(f64::from(ymag)) as f32;
+                let (right, up) = (camera.right * half * aspect, camera.up * half);
+                device.origin = (origin - right + up).to_array();
+                device.origin_dx = (2.0 * right).to_array();
+                device.origin_dy = (-2.0 * up).to_array();
+                device.direction = camera.forward.to_array();
+            }
+        }
+        device
+    }
+}
+
+/// The power of two that brings the scene's strongest light to about one, so that radiances of 1e-30 and 1e30 are
+/// the same to the kernels but for this exponent.
+fn radiance_exponent(scene: &Scene, unit: &UnitSpace) -> i32 {
+    let surfaces = scene.materials.iter().map(|material| {
+        let unlit = if material.unlit { material.base_color.max_element() } else { 0.0 };
+        f64::from(material.emission.max_element().max(unlit))
+    });
+    let punctual = scene.lights.iter().map(|light| punctual_intensity(light, unit).max_element());
+    let environment = scene.environment.iter().flat_map(|environment| {
+        let scale = environment.scale;
+        environment.texels.iter().flatten().map(move |&texel| f64::from(texel * scale))
+    });
+    let strongest = surfaces.chain(punctual).chain(environment).fold(0.0, f64::max);
+    normalising_exponent(strongest).map_or(0, |exponent| -exponent)
+}
+
+/// Intensity such that intensity / distance^2 is right for distances of unit space.
+fn punctual_intensity(light: &scene::PunctualLight, unit: &UnitSpace) -> glam::DVec3 {
+    let exponent = match light.kind {
+        scene::LightKind::Directional => 0,
+        _ => 2 * unit.exponent,
+    };
+    light.intensity.as_dvec3().to_array().map(|channel| scale_by_power_of_two(channel, exponent)).into()
+}
+
+/// A radiance of the scene as kernels see it.
+fn scaled(radiance: Vec3, exponent: i32) -> Vec3 {
+    radiance.to_array().map(|channel| scale_by_power_of_two(f64::from(channel), -exponent) as f32).into()
+}
+
+fn triangles(scene: &Scene, accel: &Accel, light_of_triangle: &[u32]) -> Vec<layout::Triangle> {
+    accel
+        .triangles
+        .iter()
+        .zip(light_of_triangle)
+        .map(|(triangle, &light)| {
+            let material = scene.meshes[triangle.mesh as usize].material;
+            let mut flags = if triangle.flipped { layout::TRIANGLE_FLIPPED } else { 0 };
+            if scene.materials[material as usize].alpha_mode != scene::AlphaMode::Opaque {
+                flags |= layout::TRIANGLE_ALPHA;
+            }
+            layout::Triangle {
+                v0: triangle.vertices[0].to_array(),
+                material_flags: material | flags,
+                v1: triangle.vertices[1].to_array(),
+                light,
+                v2: triangle.vertices[2].to_array(),
+                pad: 0,
+            }
+        })
+        .collect()
+}

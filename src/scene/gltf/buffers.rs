@@ -1,0 +1,104 @@
+//! The bytes behind buffers and buffer views.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::document::{Document, at};
+use super::{LoadOptions, uri};
+use crate::error::SceneError;
+
+/// All buffers of a document, loaded.
+#[derive(Debug)]
+pub struct Buffers<'a> {
+    document: &'a Document,
+    /// `None`: a buffer without bytes of its own (the placeholder of a compression extension).
+    data: Vec<Option<Cow<'a, [u8]>>>,
+}
+
+/// A stretch of a buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    pub bytes: &'a [u8],
+    /// Bytes from one element to the next; `None` where elements are packed.
+    pub stride: Option<u64>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Loads every buffer; `bin` is the binary chunk of a GLB and belongs to buffer 0 when that has no URI.
+    ///
+    /// # Errors
+    /// Those of [`uri::fetch`], and a buffer shorter than its `byteLength`.
+    pub fn load(
+        document: &'a Document,
+        bin: Option<&'a [u8]>,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Self, SceneError> {
+        let mut data = Vec::with_capacity(document.buffers.len());
+        let mut total = 0_u64;
+        for (index, buffer) in document.buffers.iter().enumerate() {
+            let bytes = match (&buffer.uri, bin) {
+                (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, base_dir, options)?)),
+                (None, Some(bin)) if index == 0 => Some(Cow::Borrowed(bin)),
+                (None, _) => None,
+            };
+            if let Some(bytes) = &bytes {
+                if (bytes.len() as u64) < buffer.byte_length {
+                    return Err(SceneError::invalid(
+                        format!("buffers[{index}]"),
+                        "BUFFER_BYTE_LENGTH_MISMATCH",
+                        format!("byteLength is {}, but there are {} bytes", buffer.byte_length, bytes.len()),
+                    ));
+                }
+                total = total.saturating_add(bytes.len() as u64);
+            }
+            let limit = options.limits.file_bytes;
+            if total > limit {
+                return Err(SceneError::Limit { what: "bytes in its buffers", count: total, limit });
+            }
+            data.push(bytes);
+        }
+        Ok(Self { document, data })
+    }
+
+    /// Buffer view `index`, checked against its buffer; `from` names the place of the reference.
+    pub fn view(&self, index: u64, from: &str) -> Result<View<'_>, SceneError> {
+        let view = at(&self.document.buffer_views, index, "bufferViews", from)?;
+        let place = || format!("bufferViews[{index}]");
+        at(&self.document.buffers, view.buffer, "buffers", &place())?;
+        let data = self.data[view.buffer as usize].as_deref().ok_or_else(|| {
+            SceneError::invalid(
+                format!("buffers[{}]", view.buffer),
+                "BUFFER_MISSING_DATA",
+                "there is neither a uri nor a binary chunk for it",
+            )
+        })?;
+        let end = view.byte_offset.checked_add(view.byte_length);
+        let bytes = end
+            .filter(|end| *end <= data.len() as u64)
+            .map(|end| &data[view.byte_offset as usize..end as usize])
+            .ok_or_else(|| {
+                SceneError::invalid(
+                    place(),
+                    "BUFFER_VIEW_TOO_LONG",
+                    format!(
+                        "offset {} and length {} do not fit into the {} bytes of buffers[{}]",
+                        view.byte_offset,
+                        view.byte_length,
+                        data.len(),
+                        view.buffer
+                    ),
+                )
+            })?;
+        if let Some(stride) = view.byte_stride
+            && !(4..=252).contains(&stride)
+        {
+            return Err(SceneError::invalid(
+                place(),
+                "VALUE_NOT_IN_RANGE",
+                format!("byteStride {stride} is not in 4..=252"),
+            ));
+        }
+        Ok(View { bytes, stride: view.byte_stride })
+    }
+}

@@ -1,0 +1,193 @@
+//! Textures and images: which ones the materials use, and decoding those.
+
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::buffers::Buffers;
+use super::document::{Document, at, extension};
+use super::{LoadOptions, extensions, uri};
+use crate::error::SceneError;
+use crate::scene::texture::{Filter, Image, Texture, Wrap};
+
+/// Collects the textures that materials ask for; each texture and each image is kept once.
+#[derive(Debug)]
+pub struct TextureTable<'a> {
+    document: &'a Document,
+    /// glTF texture index of each entry of `textures`.
+    texture_sources: Vec<u64>,
+    /// glTF image index of each image.
+    image_sources: Vec<u64>,
+    pub textures: Vec<Texture>,
+}
+
+#[derive(Deserialize)]
+struct AlternativeSource {
+    source: Option<u64>,
+}
+
+impl<'a> TextureTable<'a> {
+    pub fn new(document: &'a Document) -> Self {
+        Self { document, texture_sources: Vec::new(), image_sources: Vec::new(), textures: Vec::new() }
+    }
+
+    /// The scene's index of glTF texture `index`; `from` names the reference.
+    ///
+    /// # Errors
+    /// Dangling references, unknown sampler modes, textures only in a format that is not supported.
+    pub fn register(&mut self, index: u64, from: &str) -> Result<u32, SceneError> {
+        if let Some(known) = self.texture_sources.iter().position(|source| *source == index) {
+            return Ok(known as u32);
+        }
+        let texture = at(&self.document.textures, index, "textures", from)?;
+        let place = format!("textures[{index}]");
+        let webp: Option<AlternativeSource> = extension(&texture.extensions, "EXT_texture_webp", &place)?;
+        let Some(source) = webp.and_then(|webp| webp.source).or(texture.source) else {
+            let names: Vec<&str> = texture.extensions.keys().map(String::as_str).collect();
+            return Err(if names.is_empty() {
+                SceneError::invalid(place, "UNDEFINED_PROPERTY", "the texture has no source")
+            } else {
+                extensions::unsupported(&names)
+            });
+        };
+        at(&self.document.images, source, "images", &place)?;
+        let image = self.image_sources.iter().position(|known| *known == source).unwrap_or_else(|| {
+            self.image_sources.push(source);
+            self.image_sources.len() - 1
+        });
+        let (wrap, filter) = match texture.sampler {
+            Some(sampler) => self.sampler(sampler, &place)?,
+            None => Default::default(),
+        };
+        self.texture_sources.push(index);
+        self.textures.push(Texture { image: image as u32, wrap, filter });
+        Ok((self.textures.len() - 1) as u32)
+    }
+
+    fn sampler(&self, index: u64, from: &str) -> Result<([Wrap; 2], Filter), SceneError> {
+        let sampler = at(&self.document.samplers, index, "samplers", from)?;
+        let fault = |what: &str, code: u64| {
+            SceneError::invalid(
+                format!("samplers[{index}]"),
+                "VALUE_NOT_IN_LIST",
+                format!("{what} {code} is unknown"),
+            )
+        };
+        let wrap = |code: Option<u64>| match code {
+            None | Some(10497) => Ok(Wrap::Repeat),
+            Some(33648) => Ok(Wrap::Mirror),
+            Some(33071) => Ok(Wrap::Clamp),
+            Some(code) => Err(fault("wrap mode", code)),
+        };
+        let filter = match sampler.mag_filter {
+            None | Some(9729) => Filter::Linear,
+            Some(9728) => Filter::Nearest,
+            Some(code) => return Err(fault("magFilter", code)),
+        };
+        Ok(([wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?], filter))
+    }
+
+    /// Reads and decodes the images in use, on all threads.
+    ///
+    /// # Errors
+    /// Those of [`uri::fetch`] and [`decode`].
+    pub fn decode_images(
+        &self,
+        buffers: &Buffers<'_>,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<Image>, SceneError> {
+        let decoded: Vec<(Image, bool)> = self
+            .image_sources
+            .par_iter()
+            .map(|&index| {
+                let place = format!("images[{index}]");
+                let source = at(&self.document.images, index, "images", &place)?;
+                let name = match (&source.name, &source.uri) {
+                    (Some(name), _) => name.clone(),
+                    (None, Some(uri)) if !uri.starts_with("data:") => uri.clone(),
+                    _ => place.clone(),
+                };
+                match (&source.uri, source.buffer_view) {
+                    (Some(uri), None) => decode(name, &uri::fetch(uri, base_dir, options)?, options),
+                    (None, Some(view)) => decode(name, buffers.view(view, &place)?.bytes, options),
+                    _ => Err(SceneError::invalid(
+                        place,
+                        "ONE_OF_MISMATCH",
+                        "an image needs either a uri or a bufferView",
+                    )),
+                }
+            })
+            .collect::<Result<_, _>>()?;
+        let mut images = Vec::with_capacity(decoded.len());
+        for (image, reduced) in decoded {
+            if reduced {
+                warnings.push(format!("image {} is reduced to 8 bits per channel", image.name));
+            }
+            images.push(image);
+        }
+        Ok(images)
+    }
+}
+
+/// Decodes a PNG, JPEG or WebP picture, told apart by its first bytes as glTF asks. The flag says whether
+/// it had more than 8 bits a channel.
+///
+/// # Errors
+/// [`SceneError::Image`] for anything undecodable, [`SceneError::Limit`] for too many pixels.
+fn decode(name: String, bytes: &[u8], options: &LoadOptions) -> Result<(Image, bool), SceneError> {
+    let fault = |detail: String| SceneError::Image { name: name.clone(), detail };
+    let format = image::guess_format(bytes).map_err(|error| fault(error.to_string()))?;
+    if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) {
+        return Err(fault(format!("{format:?} is not a format that glTF allows")));
+    }
+    // The decoders meet hostile files here; should one of them panic, that is an undecodable image.
+    let picture = catch_unwind(AssertUnwindSafe(|| decode_checked(bytes, format, options)))
+        .map_err(|_| fault("the decoder failed".into()))?
+        .map_err(|error| match error {
+            DecodeFault::TooLarge(count) => {
+                SceneError::Limit { what: "pixels in one image", count, limit: options.limits.image_pixels }
+            }
+            DecodeFault::Decoder(error) => fault(error.to_string()),
+        })?;
+
+    let eight_bits =
+        matches!(picture.color(), ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
+    let rgba = picture.into_rgba8();
+    let (width, height) = rgba.dimensions();
+    if width == 0 || height == 0 {
+        return Err(fault(format!("it is {width} x {height} pixels")));
+    }
+    let texels = rgba.pixels().map(|pixel| pixel.0).collect();
+    Ok((Image { name, width, height, texels }, !eight_bits))
+}
+
+enum DecodeFault {
+    TooLarge(u64),
+    Decoder(image::ImageError),
+}
+
+impl From<image::ImageError> for DecodeFault {
+    fn from(error: image::ImageError) -> Self {
+        Self::Decoder(error)
+    }
+}
+
+fn decode_checked(
+    bytes: &[u8],
+    format: ImageFormat,
+    options: &LoadOptions,
+) -> Result<DynamicImage, DecodeFault> {
+    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder()?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels > options.limits.image_pixels {
+        return Err(DecodeFault::TooLarge(pixels));
+    }
+    Ok(DynamicImage::from_decoder(decoder)?)
+}

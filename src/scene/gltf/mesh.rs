@@ -1,0 +1,313 @@
+//! Primitives in their mesh's own space: attributes, morph targets, triangles.
+
+use glam::{DVec2, DVec3, DVec4};
+use serde_json::{Map, Value};
+
+use super::document::{self, Document};
+use super::extensions;
+use crate::error::SceneError;
+use crate::scene::accessor::{Accessors, Component, Format, Values};
+
+use Component::{I8, I16, U8, U16};
+
+/// `KHR_mesh_quantization` positions and texture coordinates.
+const QUANTIZED: &[(Component, bool)] =
+    &[(I8, false), (I8, true), (U8, false), (U8, true), (I16, false), (I16, true), (U16, false), (U16, true)];
+const SIGNED_NORMALIZED: &[(Component, bool)] = &[(I8, true), (I16, true)];
+const UNSIGNED_NORMALIZED: &[(Component, bool)] = &[(U8, true), (U16, true)];
+
+const POSITION: Format = Format { what: "POSITION", kinds: &["VEC3"], integers: QUANTIZED, float: true };
+const NORMAL: Format = Format { what: "NORMAL", kinds: &["VEC3"], integers: SIGNED_NORMALIZED, float: true };
+const TANGENT: Format =
+    Format { what: "TANGENT", kinds: &["VEC4"], integers: SIGNED_NORMALIZED, float: true };
+const TEXCOORD: [Format; 2] = [
+    Format { what: "TEXCOORD_0", kinds: &["VEC2"], integers: QUANTIZED, float: true },
+    Format { what: "TEXCOORD_1", kinds: &["VEC2"], integers: QUANTIZED, float: true },
+];
+const COLOR: Format =
+    Format { what: "COLOR_0", kinds: &["VEC3", "VEC4"], integers: UNSIGNED_NORMALIZED, float: true };
+const WEIGHTS: Format =
+    Format { what: "WEIGHTS_n", kinds: &["VEC4"], integers: UNSIGNED_NORMALIZED, float: true };
+const JOINTS: Format =
+    Format { what: "JOINTS_n", kinds: &["VEC4"], integers: &[(U8, false), (U16, false)], float: false };
+
+/// A primitive in mesh space, in double precision until it stands in the world.
+#[derive(Clone, Debug, Default)]
+pub struct Primitive {
+    pub positions: Vec<DVec3>,
+    /// As the file has them, of any length.
+    pub normals: Option<Vec<DVec3>>,
+    /// Direction and sign of the bitangent.
+    pub tangents: Option<Vec<DVec4>>,
+    pub uvs: [Option<Vec<DVec2>>; 2],
+    pub colors: Option<Vec<DVec4>>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Joint indices and weights of the vertices, all sets side by side.
+#[derive(Debug)]
+pub struct Influences {
+    /// Influences per vertex.
+    pub lanes: usize,
+    pub joints: Vec<usize>,
+    pub weights: Vec<f64>,
+}
+
+/// Why a primitive shows nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Skipped {
+    Points,
+    Lines,
+    NoPositions,
+}
+
+/// Reads one primitive of a document.
+#[derive(Clone, Copy, Debug)]
+pub struct PrimitiveReader<'a> {
+    pub document: &'a Document,
+    pub accessors: Accessors<'a>,
+    pub source: &'a document::Primitive,
+    /// How messages call it.
+    pub place: &'a str,
+}
+
+impl PrimitiveReader<'_> {
+    /// Attributes and triangles, morph targets applied with `weights` (none where empty). Tangents are read only
+    /// where `wants_tangents`.
+    ///
+    /// # Errors
+    /// Those of [`Accessors::read`]; attributes of different length; index counts that make no whole triangles.
+    pub fn read(
+        &self,
+        weights: &[f64],
+        wants_tangents: bool,
+    ) -> Result<Result<Primitive, Skipped>, SceneError> {
+        match self.source.mode {
+            0 => return Ok(Err(Skipped::Points)),
+            1..=3 => return Ok(Err(Skipped::Lines)),
+            4..=6 => {}
+            mode => return Err(self.fault("VALUE_NOT_IN_LIST", format!("mode {mode} is unknown"))),
+        }
+        self.check_compression()?;
+        let attributes = &self.source.attributes;
+        let Some(positions) = self.attribute(attributes, "POSITION", &POSITION, None)? else {
+            return Ok(Err(Skipped::NoPositions));
+        };
+        let count = positions.len();
+        let mut primitive = Primitive {
+            positions: positions.elements().map(DVec3::from_array).collect(),
+            normals: self.vectors(attributes, "NORMAL", &NORMAL, count)?,
+            ..Primitive::default()
+        };
+        if wants_tangents && primitive.normals.is_some() {
+            let tangents = self.attribute(attributes, "TANGENT", &TANGENT, Some(count))?;
+            primitive.tangents = tangents.map(|values| values.elements().map(DVec4::from_array).collect());
+        }
+        for (uvs, format) in primitive.uvs.iter_mut().zip(&TEXCOORD) {
+            let values = self.attribute(attributes, format.what, format, Some(count))?;
+            *uvs = values.map(|values| values.elements().map(DVec2::from_array).collect());
+        }
+        let colors = self.attribute(attributes, "COLOR_0", &COLOR, Some(count))?;
+        primitive.colors = colors.as_ref().map(with_alpha);
+        self.apply_targets(&mut primitive, weights)?;
+        primitive.triangles = self.triangles(count)?;
+        Ok(Ok(primitive))
+    }
+
+    /// Joints and weights; `None` where the primitive has none.
+    ///
+    /// # Errors
+    /// Those of [`Accessors::read`]; joints not below `joint_count`; vertices without any weight.
+    pub fn influences(
+        &self,
+        vertex_count: usize,
+        joint_count: usize,
+    ) -> Result<Option<Influences>, SceneError> {
+        let attributes = &self.source.attributes;
+        let mut sets = Vec::new();
+        for set in 0.. {
+            let joints = self.attribute(attributes, &format!("JOINTS_{set}"), &JOINTS, Some(vertex_count))?;
+            let weights =
+                self.attribute(attributes, &format!("WEIGHTS_{set}"), &WEIGHTS, Some(vertex_count))?;
+            match (joints, weights) {
+                (Some(joints), Some(weights)) => sets.push((joints, weights)),
+                (None, None) => break,
+                _ => {
+                    return Err(self.fault(
+                        "MESH_PRIMITIVE_JOINTS_WEIGHTS_MISMATCH",
+                        format!("JOINTS_{set} and WEIGHTS_{set} come only together"),
+                    ));
+                }
+            }
+        }
+        if sets.is_empty() {
+            return Ok(None);
+        }
+        let lanes = 4 * sets.len();
+        let mut influences = Influences {
+            lanes,
+            joints: Vec::with_capacity(vertex_count * lanes),
+            weights: Vec::with_capacity(vertex_count * lanes),
+        };
+        for vertex in 0..vertex_count {
+            let start = influences.weights.len();
+            for (joints, weights) in &sets {
+                let lanes = 4 * vertex..4 * vertex + 4;
+                influences.joints.extend(joints.data[lanes.clone()].iter().map(|joint| *joint as usize));
+                influences.weights.extend_from_slice(&weights.data[lanes]);
+            }
+            let weights = &mut influences.weights[start..];
+            let sum: f64 = weights.iter().sum();
+            if weights.iter().any(|weight| *weight < 0.0) || sum <= 0.0 {
+                return Err(self.fault(
+                    "ACCESSOR_WEIGHTS_NON_NORMALIZED",
+                    format!("vertex {vertex} has no or a negative weight"),
+                ));
+            }
+            weights.iter_mut().for_each(|weight| *weight /= sum);
+            // Unused influences may name any joint; glTF wants 0 there, exporters differ.
+            for (joint, weight) in influences.joints[start..].iter_mut().zip(weights) {
+                if *weight == 0.0 {
+                    *joint = 0;
+                } else if *joint >= joint_count {
+                    return Err(self.fault(
+                        "ACCESSOR_JOINTS_INDEX_OOB",
+                        format!("joint {joint}, but the skin has {joint_count}"),
+                    ));
+                }
+            }
+        }
+        Ok(Some(influences))
+    }
+
+    /// A compressed primitive whose plain accessors are empty would show as zeros.
+    fn check_compression(&self) -> Result<(), SceneError> {
+        const DRACO: &str = "KHR_draco_mesh_compression";
+        let plain = |accessor: &Value| {
+            let accessor = accessor.as_u64().and_then(|index| self.document.accessors.get(index as usize));
+            accessor.is_none_or(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
+        };
+        if self.source.extensions.contains_key(DRACO) && !self.source.attributes.values().all(plain) {
+            return Err(extensions::unsupported(&[DRACO]));
+        }
+        Ok(())
+    }
+
+    fn attribute(
+        &self,
+        attributes: &Map<String, Value>,
+        name: &str,
+        format: &Format,
+        count: Option<usize>,
+    ) -> Result<Option<Values>, SceneError> {
+        let Some(accessor) = attributes.get(name) else { return Ok(None) };
+        let accessor = accessor
+            .as_u64()
+            .ok_or_else(|| self.fault("TYPE_MISMATCH", format!("{name} is no accessor index")))?;
+        let values = self.accessors.read(accessor, format, self.place)?;
+        match count {
+            Some(count) if count != values.len() => Err(self.fault(
+                "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT",
+                format!("{name} has {} elements, POSITION has {count}", values.len()),
+            )),
+            _ => Ok(Some(values)),
+        }
+    }
+
+    fn vectors(
+        &self,
+        attributes: &Map<String, Value>,
+        name: &str,
+        format: &Format,
+        count: usize,
+    ) -> Result<Option<Vec<DVec3>>, SceneError> {
+        let values = self.attribute(attributes, name, format, Some(count))?;
+        Ok(values.map(|values| values.elements().map(DVec3::from_array).collect()))
+    }
+
+    fn apply_targets(&self, primitive: &mut Primitive, weights: &[f64]) -> Result<(), SceneError> {
+        let targets = &self.source.targets;
+        if !weights.is_empty() && weights.len() != targets.len() {
+            return Err(self.fault(
+                "MESH_INVALID_WEIGHTS_COUNT",
+                format!("{} weights for {} morph targets", weights.len(), targets.len()),
+            ));
+        }
+        let delta = |what, kinds| Format { what, kinds, integers: QUANTIZED, float: true };
+        let count = primitive.positions.len();
+        for (target, &weight) in targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+            let vec3 = |name| self.vectors(target, name, &delta(name, &["VEC3"]), count);
+            if let Some(deltas) = vec3("POSITION")? {
+                primitive.positions.iter_mut().zip(deltas).for_each(|(p, d)| *p += weight * d);
+            }
+            if let (Some(normals), Some(deltas)) = (&mut primitive.normals, vec3("NORMAL")?) {
+                normals.iter_mut().zip(deltas).for_each(|(n, d)| *n += weight * d);
+            }
+            if let (Some(tangents), Some(deltas)) = (&mut primitive.tangents, vec3("TANGENT")?) {
+                tangents.iter_mut().zip(deltas).for_each(|(t, d)| *t += (weight * d).extend(0.0));
+            }
+            for (uvs, format) in primitive.uvs.iter_mut().zip(&TEXCOORD) {
+                let format = delta(format.what, &["VEC2"]);
+                let deltas = self.attribute(target, format.what, &format, Some(count))?;
+                if let (Some(uvs), Some(deltas)) = (uvs, deltas) {
+                    let deltas = deltas.elements().map(DVec2::from_array);
+                    uvs.iter_mut().zip(deltas).for_each(|(uv, d)| *uv += weight * d);
+                }
+            }
+            let format = delta("COLOR_0", &["VEC3", "VEC4"]);
+            let deltas = self.attribute(target, "COLOR_0", &format, Some(count))?;
+            if let (Some(colors), Some(deltas)) = (&mut primitive.colors, deltas) {
+                for (color, delta) in colors.iter_mut().zip(deltas.data.chunks_exact(deltas.lanes)) {
+                    for (lane, d) in delta.iter().enumerate() {
+                        color[lane] += weight * d;
+                    }
+                    *color = color.clamp(DVec4::ZERO, DVec4::ONE);
+                }
+            }
+        }
+        if !primitive.positions.iter().all(|p| p.as_vec3().is_finite()) {
+            return Err(
+                self.fault("ACCESSOR_INVALID_FLOAT", "morph targets move a vertex to infinity".into())
+            );
+        }
+        Ok(())
+    }
+
+    /// glTF 2.0, 3.7.2.1 "Overview": how strips and fans run; both keep the winding of their first triangle.
+    fn triangles(&self, vertex_count: usize) -> Result<Vec<[u32; 3]>, SceneError> {
+        let indices = match self.source.indices {
+            Some(accessor) => self.accessors.read_indices(accessor, vertex_count, self.place)?,
+            None => (0..vertex_count as u32).collect(),
+        };
+        let whole = match self.source.mode {
+            4 => indices.len().is_multiple_of(3),
+            _ => indices.len() >= 3,
+        };
+        if !whole {
+            return Err(self.fault(
+                "MESH_PRIMITIVE_INCOMPATIBLE_MODE",
+                format!("{} vertices do not make whole triangles", indices.len()),
+            ));
+        }
+        let count = if self.source.mode == 4 { indices.len() / 3 } else { indices.len() - 2 };
+        let corner = |i: usize| match self.source.mode {
+            4 => [indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]],
+            5 => [indices[i], indices[i + 1 + i % 2], indices[i + 2 - i % 2]],
+            _ => [indices[i + 1], indices[i + 2], indices[0]],
+        };
+        Ok((0..count).map(corner).collect())
+    }
+
+    fn fault(&self, code: &'static str, detail: String) -> SceneError {
+        SceneError::invalid(self.place, code, detail)
+    }
+}
+
+/// Colours with their alpha, 1 where the file has none.
+fn with_alpha(values: &Values) -> Vec<DVec4> {
+    if values.lanes == 4 {
+        values.elements().map(DVec4::from_array).collect()
+    } else {
+        values.elements().map(|rgb| DVec3::from_array(rgb).extend(1.0)).collect()
+    }
+}
