@@ -147,8 +147,9 @@ def room(glb):
     left, bottom, width, height = 0.1, 0.085, 0.165, 0.22
     glb.add("picture", shapes.quad((left, bottom, low[2] + 0.012), (width, 0, 0), (0, height, 0)), art)
     rim = 0.012
-    bars = [((left - rim, bottom - rim), (left + width + rim, bottom)), ((left - rim, bottom + height), (left + width + rim, bottom + height + rim)),
-            ((left - rim, bottom), (left, bottom + height)), ((left + width, bottom), (left + width + rim, bottom + height))]
+    right, top = left + width, bottom + height
+    bars = [((left - rim, bottom - rim), (right + rim, bottom)), ((left - rim, top), (right + rim, top + rim)),
+            ((left - rim, bottom), (left, top)), ((right, bottom), (right + rim, top))]
     glb.add("picture frame", shapes.joined(*(
         shapes.box((*a, low[2]), (*b, low[2] + 0.02)) for a, b in bars)), oak)
 
@@ -226,8 +227,8 @@ def marbles(glb, center, rng):
         ("green glass", (0.25, 0.75, 0.4)), ("blue glass", (0.2, 0.45, 0.85)),
         ("amber glass", (0.95, 0.55, 0.12)))])
     ribbon = cycle([matte(glb, f"{name} ribbon", color, doubleSided=True) for name, color in (
-        ("red", (0.8, 0.06, 0.05)), ("blue", (0.06, 0.2, 0.75)), ("green", (0.06, 0.5, 0.15)), ("yellow", (0.9, 0.6, 0.05)),
-        ("white", (0.9, 0.9, 0.88)))])
+        ("red", (0.8, 0.06, 0.05)), ("blue", (0.06, 0.2, 0.75)), ("green", (0.06, 0.5, 0.15)),
+        ("yellow", (0.9, 0.6, 0.05)), ("white", (0.9, 0.9, 0.88)))])
     metals = cycle([glb.material("steel", (0.62, 0.62, 0.64), metallic=1.0, roughness=0.06),
                     glb.material("gold", (1.0, 0.77, 0.34), metallic=1.0, roughness=0.18)])
     glazes = cycle([glb.material(f"{name} glaze", color, roughness=0.1) for name, color in (
@@ -256,9 +257,11 @@ def marbles(glb, center, rng):
             continue
         x, z = (spacing * (i * np.cos(turn) + j * np.sin(turn)), spacing * (j * np.cos(turn) - i * np.sin(turn)))
         marble(f"marble {i} {j}", (center[0] + x, top + 0.72 * MARBLE, center[2] + z), kind)
-    for i, (x, z, kind) in enumerate(((-0.19, 0.255, 0.1), (0.035, 0.285, 0.7), (-0.075, 0.27, 0.8), (-0.3, 0.1, 0.65))):
+    loose = ((-0.19, 0.255, 0.1), (0.035, 0.285, 0.7), (-0.075, 0.27, 0.8), (-0.3, 0.1, 0.65))
+    for i, (x, z, kind) in enumerate(loose):
         marble(f"loose marble {i + 1}", (x, MARBLE, z), kind)
-    marble("taken marble", (DUCK[0] - 0.022 * DUCK_SCALE, 0.092 * DUCK_SCALE + 0.95 * MARBLE, DUCK[2] + 0.014), 0.0)  # on its head
+    on_its_head = (DUCK[0] - 0.022 * DUCK_SCALE, 0.092 * DUCK_SCALE + 0.95 * MARBLE, DUCK[2] + 0.014)
+    marble("taken marble", on_its_head, 0.0)
 
 
 def main():
