@@ -12,8 +12,6 @@ mod builtin;
 mod device;
 mod environment;
 mod film;
-mod gpu;
-mod film;
 mod judge;
 mod layers;
 mod loader;
