@@ -271,7 +271,17 @@ pub fn grid_chi_square(
     let mut expected: Vec<f64> = (0..rows * columns)
         .map(|cell| {
             let corner = [(cell / columns) as f64 * height, (cell % columns) as f64 * width];
-            n as f64 * crate::quadrature::rectangle(corner, [height, width], &density)
+            // Wide cells in pieces: a lobe may be much narrower than they are.
+            let (rows, columns) = (100usize.div_ceil(rows), 200usize.div_ceil(columns));
+            let piece = [height / rows as f64, width / columns as f64];
+            let integral: f64 = (0..rows * columns)
+                .map(|i| {
+                    let (row, column) = ((i / columns) as f64, (i % columns) as f64);
+                    let corner = [corner[0] + row * piece[0], corner[1] + column * piece[1]];
+                    crate::quadrature::rectangle(corner, piece, &density)
+                })
+                .sum();
+            n as f64 * integral
         })
         .collect();
     let rejected = n as f64 - expected.iter().sum::<f64>();
