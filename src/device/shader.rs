@@ -22,18 +22,11 @@ macro_rules! sources {
 pub const SOURCES: &[(&str, &str)] = sources![
     "bind/accel",
     "bind/batch",
-<<<<<<< HEAD
-    "bind/ggx_albedo",
-    "bind/queue",
-    "camera_rays",
-    "closest_hit",
-=======
     "bind/film",
     "bind/ggx_albedo",
     "bind/lights",
     "bind/queue",
     "bind/surface",
->>>>>>> main
     "lib/alias",
     "lib/bsdf",
     "lib/color",
@@ -42,13 +35,9 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/fresnel",
     "lib/ggx",
     "lib/ggx_albedo",
-<<<<<<< HEAD
-    "lib/intersect",
-=======
     "lib/hit",
     "lib/intersect",
     "lib/light",
->>>>>>> main
     "lib/math",
     "lib/path_key",
     "lib/rng",
@@ -56,10 +45,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/sampling",
     "lib/shading",
     "lib/surface",
-<<<<<<< HEAD
-=======
     "lib/texture",
->>>>>>> main
     "lib/traverse",
     "camera_rays",
     "closest_hit",

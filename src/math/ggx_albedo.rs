@@ -33,7 +33,6 @@ impl Default for GgxAlbedo {
 impl GgxAlbedo {
     /// Integrates the table in f64; some ten milliseconds.
     pub fn new() -> Self {
-<<<<<<< HEAD
         let rows: Vec<Vec<[f64; 2]>> = (0..SIZE)
             .into_par_iter()
             .map(|row| {
@@ -44,21 +43,6 @@ impl GgxAlbedo {
         let averages = rows.iter().map(|row| [0, 1].map(|part| hemisphere_average(row, part)));
         let texels = rows.iter().flatten().copied().chain(averages);
         Self { texels: texels.map(|texel| texel.map(|x| (MARGIN * x) as f32)).collect() }
-=======
-        let node = |index: usize| index as f64 / (SIZE - 1) as f64;
-        let mut texels = Vec::with_capacity((SIZE + 1) * SIZE);
-        let mut averages = Vec::with_capacity(SIZE);
-        for row in 0..SIZE {
-            let alpha = node(row) * node(row);
-            let entries: Vec<[f64; 2]> = (0..SIZE)
-                .map(|column| directional_albedo(node(column) * node(column), alpha, NODES))
-                .collect();
-            averages.push([0, 1].map(|part| hemisphere_average(&entries, part) as f32));
-            texels.extend(entries.iter().map(|entry| entry.map(|x| x as f32)));
-        }
-        texels.extend(averages);
-        Self { texels }
->>>>>>> main
     }
 
     /// (a, b) at a cosine in [0, 1] and an alpha in [[`MIN_ALPHA`], 1]: the twin of the shader's look-up.
@@ -126,16 +110,9 @@ fn directional_albedo(cos_theta: f64, alpha: f64) -> [f64; 2] {
             let inv_length = 1.0 / normal.iter().map(|c| c * c).sum::<f64>().sqrt();
             let cos_h = (normal[0] * sin_theta + normal[2] * cos_theta) * inv_length;
             let out_z = 2.0 * cos_h * normal[2] * inv_length - cos_theta;
-<<<<<<< HEAD
             if out_z > 0.0 {
                 let [towards, away] = [cos_theta, out_z].map(|cos| length(cos) / cos);
                 let shadowing = (1.0 + towards) / (towards + away);
-=======
-            if out_z > 0.0 && cos_h > 0.0 {
-                let lengths =
-                    [cos_theta, out_z].map(|c| (alpha * alpha * (1.0 - c * c).max(0.0) + c * c).sqrt() / c);
-                let shadowing = (1.0 + lengths[0]) / (lengths[0] + lengths[1]);
->>>>>>> main
                 let grazing = (1.0 - cos_h).max(0.0).powi(5);
                 sum[0] += weight * (1.0 - grazing) * shadowing;
                 sum[1] += weight * grazing * shadowing;

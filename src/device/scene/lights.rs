@@ -38,7 +38,12 @@ struct DeviceEnvironment {
 
 /// Lists the lights and their probabilities. Lights without power are left out: emission that is black where it was
 /// looked at is still found by chance hits, with full weight.
-pub(super) fn collect(scene: &Scene, accel: &Accel, features: &SceneFeatures, radiance_exponent: i32) -> Lights {
+pub(super) fn collect(
+    scene: &Scene,
+    accel: &Accel,
+    features: &SceneFeatures,
+    radiance_exponent: i32,
+) -> Lights {
     let mut lights = Lights {
         entries: Vec::new(),
         of_triangle: vec![0; accel.triangles.len()],
@@ -61,7 +66,11 @@ pub(super) fn collect(scene: &Scene, accel: &Accel, features: &SceneFeatures, ra
             let known = seen.get(&(triangle.mesh, triangle.triangle)).copied();
             let light = known.unwrap_or_else(|| {
                 let power = triangle_power(scene, triangle, radiance_exponent);
-                if add(&mut lights.entries, LIGHT_TRIANGLE, index, power) { lights.entries.len() as u32 } else { 0 }
+                if add(&mut lights.entries, LIGHT_TRIANGLE, index, power) {
+                    lights.entries.len() as u32
+                } else {
+                    0
+                }
             });
             seen.insert((triangle.mesh, triangle.triangle), light);
             lights.of_triangle[index] = light;

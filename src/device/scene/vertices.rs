@@ -42,7 +42,9 @@ pub(super) fn upload(
         if flat(mesh) {
             for triangle in &mesh.triangles {
                 let normal = face_normal(mesh, triangle);
-                triangle.iter().for_each(|&vertex| push(&mut data, mesh, vertex as usize, Some(normal), features));
+                triangle
+                    .iter()
+                    .for_each(|&vertex| push(&mut data, mesh, vertex as usize, Some(normal), features));
             }
             count += mesh.triangles.len() as u32 * 3;
         } else {
@@ -89,7 +91,9 @@ fn push(data: &mut Vec<f32>, mesh: &Mesh, vertex: usize, face: Option<[f32; 3]>,
     }
     if features.normal_map {
         // A mesh without tangents has no normal map, so nobody reads what stands here.
-        data.extend(mesh.tangents.as_ref().map_or([1.0, 0.0, 0.0, 1.0], |tangents| tangents[vertex].to_array()));
+        data.extend(
+            mesh.tangents.as_ref().map_or([1.0, 0.0, 0.0, 1.0], |tangents| tangents[vertex].to_array()),
+        );
     }
     if features.vertex_colors {
         data.extend(mesh.colors.as_ref().map_or([1.0; 4], |colors| colors[vertex].to_array()));

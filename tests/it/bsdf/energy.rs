@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample};
 use super::white_materials;
+use super::{Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample};
 use crate::bsdf_f64::{Bsdf, albedo_table};
 use crate::random::Stream;
 
@@ -45,7 +45,10 @@ fn c01_furnace_of_white_materials() {
     for (name, config, from_eye, albedo) in device_albedos(&white_materials()) {
         let what = format!("{name} at cosine {} from the eye {from_eye}: {albedo}", config.w_from.z);
         let expected = twin_albedo(&config.twin(), config.w_from.as_dvec3(), from_eye, POINTS).as_vec3();
-        assert!((albedo - expected).abs().max_element() <= 2e-3 * expected.max_element(), "{what}, {expected}");
+        assert!(
+            (albedo - expected).abs().max_element() <= 2e-3 * expected.max_element(),
+            "{what}, {expected}"
+        );
         // Radiance is squeezed by refraction; power never grows.
         if !from_eye {
             assert!(albedo.max_element() <= 1.001, "{what}");
@@ -67,7 +70,10 @@ fn c01_furnace_of_coloured_materials() {
     for (name, config, from_eye, albedo) in device_albedos(&coloured_materials()) {
         let what = format!("{name} at cosine {} from the eye {from_eye}: {albedo}", config.w_from.z);
         let expected = twin_albedo(&config.twin(), config.w_from.as_dvec3(), from_eye, POINTS).as_vec3();
-        assert!((albedo - expected).abs().max_element() <= 2e-3 * expected.max_element(), "{what}, {expected}");
+        assert!(
+            (albedo - expected).abs().max_element() <= 2e-3 * expected.max_element(),
+            "{what}, {expected}"
+        );
     }
 }
 
@@ -86,7 +92,8 @@ fn c01_albedo_table() {
             let table = albedo_table().directional(cos, white.alpha());
             for (part, exact) in [full - b, b].into_iter().enumerate() {
                 let error = table[part] - exact;
-                let what = format!("part {part} at roughness {roughness}, cosine {cos}: {} {exact}", table[part]);
+                let what =
+                    format!("part {part} at roughness {roughness}, cosine {cos}: {} {exact}", table[part]);
                 if error.abs() > worst.0 {
                     worst = (error.abs(), what.clone());
                 }
@@ -96,7 +103,10 @@ fn c01_albedo_table() {
             }
         }
     }
-    println!("albedo table: largest error {:.2e} ({}), below {:.2e} ({})", worst.0, worst.1, below.0, below.1);
+    println!(
+        "albedo table: largest error {:.2e} ({}), below {:.2e} ({})",
+        worst.0, worst.1, below.0, below.1
+    );
     assert!(worst.0 < 5e-3, "{} off by {}", worst.1, worst.0);
 }
 
