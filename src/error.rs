@@ -30,6 +30,11 @@ pub enum SceneError {
     /// A picture other than a texture, such as an environment.
     #[error("cannot use the picture {path}: {reason}")]
     Picture { path: PathBuf, reason: String },
+    #[error(
+        "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
+         give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"
+    )]
+    EnvironmentScale { scale: f32, rotation: f32, brightest: f32 },
     /// A file that is no glTF, or a damaged GLB.
     #[error("not a readable glTF file: {detail} ({code}); export or download it again")]
     Container { code: &'static str, detail: String },
@@ -106,6 +111,12 @@ pub enum DeviceError {
     BufferTooLarge { name: String, bytes: u64, limit: u64 },
     #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
     OutOfMemory { name: String, bytes: u64 },
+    #[error("the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates")]
+    TreeTooDeep { depth: u32, limit: u32 },
+    #[error(transparent)]
+    Math(#[from] MathError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
 }
@@ -123,4 +134,44 @@ pub enum FilmError {
         "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
     )]
     NonFinite { path: PathBuf, count: usize },
+    #[error(
+        "the picture has {} x {} pixels, the reference {} x {}; render at the reference's size (--size)",
+        picture[0], picture[1], reference[0], reference[1]
+    )]
+    Sizes { picture: [u32; 2], reference: [u32; 2] },
+    #[error(
+        "pixels that are NaN or infinite: {picture} in the picture, {reference} in the reference; no metric can judge \
+         them, find their cause first"
+    )]
+    NonFiniteCompared { picture: usize, reference: usize },
+    #[error(
+        "the reference is black, so no error is relative to it; check that the reference is the second file"
+    )]
+    BlackReference,
+    #[error(
+        "{count} pixels of the reference are negative, so no error is relative to them; take a reference that was \
+         rendered without a filter of negative lobes"
+    )]
+    NegativeReference { count: usize },
+    #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
+    Viewer { address: String, source: std::io::Error },
+}
+
+/// Rendering a scene to a picture.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    #[error("there is no camera {wanted}: the scene has {count} (numbered from 0); see `halfway info`")]
+    NoCamera { wanted: usize, count: usize },
+    #[error(
+        "the part {}x{}+{}+{} does not lie in the picture of {width}x{height} pixels; --crop takes X,Y,WIDTH,HEIGHT", region.width, region.height, region.x, region.y
+    )]
+    BadRegion { region: crate::integrator::Region, width: u32, height: u32 },
+    #[error(
+        "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
+    )]
+    TooManyPixels { width: u32, height: u32 },
+    #[error(transparent)]
+    Accel(#[from] AccelError),
+    #[error(transparent)]
+    Device(#[from] DeviceError),
 }

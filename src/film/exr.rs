@@ -32,8 +32,7 @@ fn encode(picture: &Picture) -> exr::error::Result<Vec<u8>> {
     }
     for layer in &picture.layers {
         for (name, samples) in &layer.channels {
-            let name = if layer.name.is_empty() { name.clone() } else { format!("{}.{name}", layer.name) };
-            channels.push(AnyChannel::new(text(&name), FlatSamples::F32(samples.clone())));
+            channels.push(AnyChannel::new(text(&layer.full_name(name)), FlatSamples::F32(samples.clone())));
         }
     }
     let encoding = Encoding {

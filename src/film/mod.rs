@@ -1,7 +1,12 @@
 //! From sums of samples to pictures on disk, and the comparison of pictures.
 
 pub mod exr;
+pub mod flip;
+pub mod heatmap;
+pub mod metric;
 pub mod png;
+pub mod sums;
+pub mod tev;
 pub mod tonemap;
 pub mod write;
 
@@ -35,6 +40,13 @@ pub struct Layer {
     pub name: String,
     /// Short name (`R`, `X`) and `width * height` samples.
     pub channels: Vec<(String, Vec<f32>)>,
+}
+
+impl Layer {
+    /// The name of a channel of this layer in a file: `albedo.R`, or the channel's own in the nameless layer.
+    pub fn full_name(&self, channel: &str) -> String {
+        if self.name.is_empty() { channel.to_owned() } else { format!("{}.{channel}", self.name) }
+    }
 }
 
 impl Picture {

@@ -3,6 +3,7 @@
 
 pub mod alias;
 pub mod color;
+pub mod equal_area;
 pub mod frame;
 pub mod ggx_albedo;
 pub mod rng;

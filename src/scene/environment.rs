@@ -1,7 +1,25 @@
 //! The light from infinitely far away.
 
-/// A latitude-longitude picture of radiance. Column 0 is the direction -x turning towards +z as u grows
-/// (u = 0.5 looks along +x; the convention is the one of `EnvironmentMap::direction`); row 0 is +y.
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::picture_file::PictureFile;
+use crate::error::SceneError;
+use crate::math::equal_area::square_to_azimuth;
+
+/// The most texels along an edge of an [`EqualAreaMap`].
+const MAX_SIZE: u32 = 4096;
+/// The fewest: even a coarse picture is a smooth function of direction, since it is interpolated.
+const MIN_SIZE: u32 = 256;
+
+/// A latitude-longitude picture of radiance, interpolated bilinearly between texel centres.
+///
+/// Seen from inside: the middle of the picture (u = 1/2) looks along -z, u = 3/4 along +x, the two ends along +z;
+/// row 0 is at +y. The direction of azimuth a = 2 pi (u - 1/2) and polar angle t = pi v is
+/// (sin t sin a, cos t, -sin t cos a).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     pub name: String,
@@ -11,6 +29,171 @@ pub struct Environment {
     pub texels: Vec<[f32; 3]>,
     /// Factor on all texels (`--env-scale`).
     pub scale: f32,
-    /// Rotation about +y in radians (`--env-rotate`).
+    /// Rotation of the surroundings about +y in radians, counter-clockwise seen from above (`--env-rotate`).
     pub rotation: f32,
+}
+
+impl Environment {
+    /// Reads `.exr`, `.hdr` or `.pfm`; scale 1, no rotation.
+    ///
+    /// # Errors
+    /// [`SceneError::Read`] or [`SceneError::Picture`]: no such file, no picture, no colours, or a texel that is
+    /// negative, infinite or NaN.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let fail = |reason: String| SceneError::Picture { path: path.to_owned(), reason };
+        let picture = PictureFile::read(path)?;
+        let texels = picture.rgb().map_err(fail)?;
+        let bad = |texel: &[f32; 3]| !texel.iter().all(|value| value.is_finite() && *value >= 0.0);
+        if let Some(first) = texels.iter().position(bad) {
+            let count = texels.iter().filter(|texel| bad(texel)).count();
+            let (column, row) = (first as u32 % picture.width, first as u32 / picture.width);
+            return Err(fail(format!(
+                "{count} texels are no radiance (negative, infinite or NaN), the first in column {column}, row {row}: \
+                 {:?}; clamp them in the file",
+                texels[first]
+            )));
+        }
+        Ok(Self {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            width: picture.width,
+            height: picture.height,
+            texels,
+            scale: 1.0,
+            rotation: 0.0,
+        })
+    }
+
+    /// Radiance from a world direction (towards the environment, any length), scaled and rotated.
+    pub fn radiance(&self, world_direction: DVec3) -> DVec3 {
+        let d = world_direction.normalize();
+        // atan2 keeps the digits near the poles that acos loses.
+        let polar = (d.x * d.x + d.z * d.z).sqrt().atan2(d.y);
+        let azimuth = d.x.atan2(-d.z) + f64::from(self.rotation);
+        let texels = Texels { width: self.width as usize, height: self.height as usize, data: &self.texels };
+        texels.bilinear(azimuth, polar) * f64::from(self.scale)
+    }
+}
+
+/// Radiance as a piecewise constant function over the equal-area square of [`crate::math::equal_area`]: the texels'
+/// own solid angles are all 4 pi / size^2, so drawing a texel in proportion to its value and a point in it uniformly
+/// is an exact importance sampling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EqualAreaMap {
+    /// Texels along each edge, a power of two.
+    pub size: u32,
+    /// Radiance, scale and rotation included: `size * size` texels; row y holds the points with y <= size * t < y + 1
+    /// of the square's (s, t).
+    pub radiance: Vec<[f32; 3]>,
+}
+
+impl EqualAreaMap {
+    /// Averages the environment over every texel. `None` where it gives no light at all.
+    ///
+    /// # Errors
+    /// [`SceneError::EnvironmentScale`] when scale or rotation is not finite, the scale negative, or the scaled
+    /// radiance beyond `f32`.
+    pub fn new(environment: &Environment) -> Result<Option<Self>, SceneError> {
+        let Environment { width, height, scale, rotation, .. } = *environment;
+        let brightest = environment.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b));
+        if !(scale >= 0.0 && rotation.is_finite() && (brightest * scale).is_finite()) {
+            return Err(SceneError::EnvironmentScale { scale, rotation, brightest });
+        }
+        if brightest * scale == 0.0 {
+            return Ok(None);
+        }
+        let size = size_for(width, height);
+        let edge = (4.0 * PI).sqrt() / f64::from(size);
+        let data = widen_polar_texels(environment, edge);
+        let texels = Texels { width: width as usize, height: height as usize, data: &data };
+        let texel = |index: u32| {
+            let first = DVec2::new(f64::from(index % size), f64::from(index / size)) / f64::from(size);
+            let samples = samples_along_edge(environment, edge, first + 0.5 / f64::from(size));
+            let factor = f64::from(scale) / f64::from(samples * samples);
+            let step = 1.0 / f64::from(size * samples);
+            let mut sum = DVec3::ZERO;
+            for sample in 0..samples * samples {
+                let cell = DVec2::new(f64::from(sample % samples), f64::from(sample / samples));
+                let (azimuth, r) = square_to_azimuth(first + (cell + 0.5) * step);
+                let y = (1.0 - r * r).copysign(r);
+                // The square's azimuth runs from +x towards -z, the picture's from -z towards +x.
+                sum += texels.bilinear(FRAC_PI_2 - azimuth + f64::from(rotation), y.acos());
+            }
+            (sum * factor).as_vec3().to_array()
+        };
+        let radiance = (0..size * size).into_par_iter().map(texel).collect();
+        Ok(Some(Self { size, radiance }))
+    }
+}
+
+/// Samples along an edge of the map's texel with this centre: eight in each texel of the picture, which keeps the
+/// energy of a lone bright texel within 0.1 %, or four (0.4 %) where eight would take long; more near the poles,
+/// where the picture's texels are wedges, though no more than what [`widen_polar_texels`] asks for.
+fn samples_along_edge(environment: &Environment, edge: f64, centre: DVec2) -> u32 {
+    let (_, r) = square_to_azimuth(centre);
+    let sin_polar = r.abs() * (2.0 - r * r).sqrt();
+    let column = TAU / f64::from(environment.width);
+    let finest = (PI / f64::from(environment.height)).min(column);
+    let wedges = (edge / (column * sin_polar)).clamp(1.0, 16.0);
+    let base = if environment.width * environment.height > 1 << 21 { 4.0 } else { 8.0 };
+    (base * wedges.sqrt() * (edge / finest).max(1.0)).ceil() as u32
+}
+
+/// The power of two that gives every texel of the picture about one of its own, also where the picture's two
+/// resolutions differ, as far as [`MAX_SIZE`] allows.
+fn size_for(width: u32, height: u32) -> u32 {
+    let (width, height) = (f64::from(width), f64::from(height));
+    let edge = (4.0 * PI).sqrt();
+    let wanted = (width * height).sqrt().max(edge * width / TAU).max(edge * height / PI);
+    (wanted.ceil() as u32).clamp(MIN_SIZE, MAX_SIZE).next_power_of_two()
+}
+
+/// The picture with the rows near the poles averaged along the row, as wide as a quarter of a texel of the map: there
+/// many texels of the picture fall into one of the map, and point samples would miss some of them. A row keeps its
+/// sum.
+fn widen_polar_texels(environment: &Environment, edge: f64) -> Vec<[f32; 3]> {
+    let (width, height) = (environment.width as usize, environment.height as usize);
+    let mut widened = environment.texels.clone();
+    for (row, texels) in widened.chunks_exact_mut(width).enumerate() {
+        let sin_polar = (PI * (row as f64 + 0.5) / height as f64).sin();
+        let reach = (0.25 * edge / (TAU / width as f64 * sin_polar) / 2.0).round() as usize;
+        let reach = reach.min((width - 1) / 2);
+        if reach == 0 {
+            continue;
+        }
+        // Sums in f64 of values whose f32 neighbours may be 1e38 times as large; recomputing is exact, running
+        // sums would leave the large one's rounding error behind.
+        let source = texels.to_vec();
+        let count = 2 * reach + 1;
+        for (column, texel) in texels.iter_mut().enumerate() {
+            let first = column + width - reach;
+            let sum: DVec3 =
+                (first..first + count).map(|c| DVec3::from(source[c % width].map(f64::from))).sum();
+            *texel = (sum / count as f64).as_vec3().to_array();
+        }
+    }
+    widened
+}
+
+/// A latitude-longitude picture for lookups.
+struct Texels<'a> {
+    width: usize,
+    height: usize,
+    data: &'a [[f32; 3]],
+}
+
+impl Texels<'_> {
+    /// Interpolated value; azimuth wraps around, the polar angle in [0, pi] is held beyond the last row's centre.
+    fn bilinear(&self, azimuth: f64, polar: f64) -> DVec3 {
+        let u = (azimuth / TAU + 0.5).rem_euclid(1.0) * self.width as f64 - 0.5;
+        let v = (polar / PI * self.height as f64 - 0.5).clamp(0.0, (self.height - 1) as f64);
+        let (column, row) = (u.floor(), v.floor());
+        let (fu, fv) = (u - column, v - row);
+        // Column -1 and column `width` are each other's neighbours.
+        let left = (column as isize).rem_euclid(self.width as isize) as usize;
+        let right = (left + 1) % self.width;
+        let upper = row as usize;
+        let lower = (upper + 1).min(self.height - 1);
+        let at = |row: usize, column: usize| DVec3::from(self.data[row * self.width + column].map(f64::from));
+        at(upper, left).lerp(at(upper, right), fu).lerp(at(lower, left).lerp(at(lower, right), fu), fv)
+    }
 }

@@ -20,7 +20,7 @@ mod texture;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 pub use camera::{Camera, Projection};
-pub use environment::Environment;
+pub use environment::{Environment, EqualAreaMap};
 
 pub use features::SceneFeatures;
 pub use light::{LightKind, PunctualLight};

@@ -165,10 +165,8 @@ fn bad_pictures_truncated_exr_never_reads_as_whole() {
 }
 
 fn files_in(folder: &Path) -> Vec<String> {
-    std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect()
+    let entries = std::fs::read_dir(folder).expect("a folder of the test's own");
+    entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
 }
 
 #[test]
