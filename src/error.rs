@@ -111,7 +111,9 @@ pub enum DeviceError {
     BufferTooLarge { name: String, bytes: u64, limit: u64 },
     #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
     OutOfMemory { name: String, bytes: u64 },
-    #[error("the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates")]
+    #[error(
+        "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
+    )]
     TreeTooDeep { depth: u32, limit: u32 },
     #[error(transparent)]
     Math(#[from] MathError),

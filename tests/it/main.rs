@@ -1,23 +1,23 @@
 //! The one integration binary.
 
-mod bsdf_f64;
-mod gpu;
-mod quadrature;
-mod random;
-mod reference;
-mod stats;
-
 mod alias;
 mod bsdf;
+mod bsdf_f64;
 mod builtin;
 mod device;
-mod film;
 mod environment;
 mod film;
+mod fuzz;
+mod gltf_file;
 mod gpu;
-mod film;
 mod judge;
 mod layers;
 mod loader;
+mod loader_bad;
+mod loader_materials;
+mod quadrature;
+mod random;
+mod reference;
 mod rng;
 mod sampling;
+mod stats;
