@@ -12,9 +12,6 @@
 
 pub mod accel;
 pub mod cli;
-pub mod cli {
-    pub mod compare;
-}
 pub mod device;
 pub mod error;
 pub mod film;
