@@ -1,3 +1,4 @@
+#import bind/accel
 #import bind/queue
 #import lib/hit
 #import lib/path_key
@@ -51,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let ray = paths_in[index];
     let hit = hits[index];
-    if hit.triangle == NO_HIT {
+    if hit.triangle == NO_TRIANGLE {
 #if environment
         var weight = 1.0;
         if ray.pdf_solid > 0.0 {

@@ -111,6 +111,14 @@ pub enum DeviceError {
     BufferTooLarge { name: String, bytes: u64, limit: u64 },
     #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
     OutOfMemory { name: String, bytes: u64 },
+    #[error(
+        "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
+    )]
+    TreeTooDeep { depth: u32, limit: u32 },
+    #[error(transparent)]
+    Math(#[from] MathError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
 }
@@ -156,4 +164,38 @@ pub enum FilmError {
     Report { message: String },
     #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
     Viewer { address: String, source: std::io::Error },
+}
+
+impl FilmError {
+    /// True where the user's files or options are at fault, false where writing or a viewer failed.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Input(_)
+            | Self::Sizes { .. }
+            | Self::NonFiniteCompared { .. }
+            | Self::BlackReference
+            | Self::NegativeReference { .. }
+            | Self::MetricUnknown { .. } => true,
+            Self::Write { .. } | Self::NonFinite { .. } | Self::Report { .. } | Self::Viewer { .. } => false,
+        }
+    }
+}
+
+/// Rendering a scene to a picture.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    #[error("there is no camera {wanted}: the scene has {count} (numbered from 0); see `halfway info`")]
+    NoCamera { wanted: usize, count: usize },
+    #[error(
+        "the part {}x{}+{}+{} does not lie in the picture of {width}x{height} pixels; --crop takes X,Y,WIDTH,HEIGHT", region.width, region.height, region.x, region.y
+    )]
+    BadRegion { region: crate::integrator::Region, width: u32, height: u32 },
+    #[error(
+        "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
+    )]
+    TooManyPixels { width: u32, height: u32 },
+    #[error(transparent)]
+    Accel(#[from] AccelError),
+    #[error(transparent)]
+    Device(#[from] DeviceError),
 }

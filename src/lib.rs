@@ -11,11 +11,11 @@
 //! `main`, `cli` > `render` > `integrator` > `film` > `device` > `accel` > `scene` > `math`.
 
 pub mod accel;
-pub mod cli {
-    pub mod compare;
-}
+pub mod cli;
 pub mod device;
 pub mod error;
 pub mod film;
+pub mod integrator;
 pub mod math;
+pub mod render;
 pub mod scene;

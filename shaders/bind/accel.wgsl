@@ -12,6 +12,8 @@ struct Triangle {
 const TRIANGLE_FLIPPED: u32 = 0x01000000u;
 const TRIANGLE_ALPHA: u32 = 0x02000000u;
 const TRIANGLE_MATERIAL: u32 = 0x00ffffffu;
+/// In the place of a triangle's index: none.
+const NO_TRIANGLE: u32 = 0xffffffffu;
 
 /// Compressed wide nodes (Ylitie et al., Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
 /// HPG 2017) as obvhs lays them out, five vec4u a node.

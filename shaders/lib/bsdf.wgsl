@@ -153,11 +153,12 @@ fn bsdf_eval(s: Surface, w_eye: vec3f, w_light: vec3f) -> vec3f {
     }
 #if rough_transmission
     if transmits(s, eye, light) {
-        let eta = relative_eta(s, w_eye.z);
-        let facet = transmission_facet(s, eye, light, eta);
+        let n = refractive_indices(s, w_eye.z);
+        let facet = transmission_facet(s, eye, light, n);
         if facet.h.z > 0.0 {
-            return facet_transmittance(s, facet.cos_from, w_eye.z)
-                * rough_transmission(s, facet, eye, light, eta);
+            // From outside, where Fresnel's equations are well conditioned.
+            let outside = select(facet.cos_far, facet.cos_near, w_eye.z > 0.0);
+            return facet_transmittance(s, outside, 1.0) * rough_transmission(s, facet, eye, light, n);
         }
     }
 #endif
@@ -180,10 +181,11 @@ fn bsdf_pdf_solid(s: Surface, w_from: vec3f, w_to: vec3f) -> f32 {
     }
 #if rough_transmission
     if transmits(s, w_in, w_out) {
-        let facet = transmission_facet(s, w_in, w_out, relative_eta(s, w_from.z));
+        let n = refractive_indices(s, w_from.z);
+        let facet = transmission_facet(s, w_in, w_out, n);
         if facet.h.z > 0.0 {
-            return (1.0 - diffuse_select(s, w_in)) * (1.0 - reflect_select(s, facet.cos_from, w_from.z))
-                * ggx_visible_normals_pdf_solid(w_in, facet.h, s.alpha) * facet.jacobian;
+            return (1.0 - diffuse_select(s, w_in)) * (1.0 - reflect_select(s, facet.cos_near, w_from.z))
+                * ggx_visible_normals_pdf_solid(w_in, facet.h, s.alpha) * transmission_jacobian(facet, n);
         }
     }
 #endif

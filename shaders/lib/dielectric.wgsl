@@ -33,46 +33,52 @@ fn refracted(w: vec3f, h: vec3f, eta: f32) -> vec3f {
 }
 
 #if rough_transmission
-/// The microfacet that takes `w_from` to `w_to` on the other side.
-struct Transmission {
-    /// Micronormal, z > 0 on the side of `w_from`, in whose mirrored frame (z up) it is given; 0 if none does.
-    h: vec3f,
-    /// |d h / d w_to|, solid angles.
-    jacobian: f32,
-    cos_from: f32,
-    cos_to: f32,
-}
-
-/// `w_from` with z > 0 and `w_to` with z < 0, both in the frame whose z is on the side of `w_from`.
-/// Refraction: Walter et al. 2007, equations 16 and 17. Thin pane: reflection, mirrored through the pane.
-fn transmission_facet(s: Surface, w_from: vec3f, w_to: vec3f, eta: f32) -> Transmission {
-    var t: Transmission;
+/// Indices of refraction (near, far) of a direction with this z.
+fn refractive_indices(s: Surface, z: f32) -> vec2f {
     if (s.flags & SURFACE_VOLUME) == 0u {
-        let mirrored = vec3f(w_to.xy, -w_to.z);
-        t.h = normalize(w_from + mirrored);
-        t.cos_from = dot(w_from, t.h);
-        t.cos_to = t.cos_from;
-        t.jacobian = 1.0 / (4.0 * t.cos_from);
-        return t;
+        return vec2f(1.0);
     }
-    let sum = w_from + eta * w_to;
-    let length_sq = dot(sum, sum);
-    let h = sum * inverseSqrt(length_sq);
-    t.h = select(h, -h, h.z < 0.0);
-    t.cos_from = dot(w_from, t.h);
-    t.cos_to = -dot(w_to, t.h);
-    t.jacobian = eta * eta * t.cos_to / length_sq;
-    if t.cos_from <= 0.0 || t.cos_to <= 0.0 {
-        t.h = vec3f(0.0);
-    }
-    return t;
+    return select(vec2f(s.eta, 1.0), vec2f(1.0, s.eta), z > 0.0);
 }
 
-/// The rough lobe without its transmittance, from the facet between eye (z > 0) and light (z < 0), in the
-/// radiance form: Walter et al. 2007, equation 21, over the squared index on the eye's side.
-fn rough_transmission(s: Surface, facet: Transmission, w_eye: vec3f, w_light: vec3f, eta: f32) -> f32 {
-    let light_up = vec3f(w_light.xy, -w_light.z);
-    return 4.0 * facet.cos_from * facet.jacobian / (eta * eta)
-        * ggx_normals(facet.h, s.alpha) * ggx_visibility(w_eye, light_up, s.alpha);
+/// The microfacet that takes a direction to another one on the other side.
+struct Transmission {
+    /// Micronormal; z = 0 if no facet does.
+    h: vec3f,
+    /// Squared length of n_near w_near + n_far w_far, whose direction h is.
+    length_sq: f32,
+    /// Cosines of the two directions to h.
+    cos_near: f32,
+    cos_far: f32,
+}
+
+/// `near` has z > 0, `far` z < 0, n their indices (near, far). Refraction: Walter et al. 2007, equation 16. A thin
+/// pane reflects and mirrors through itself.
+fn transmission_facet(s: Surface, near: vec3f, far: vec3f, n: vec2f) -> Transmission {
+    var facet: Transmission;
+    let towards = select(vec3f(far.xy, -far.z), far, (s.flags & SURFACE_VOLUME) != 0u);
+    let sum = n.x * near + n.y * towards;
+    facet.length_sq = dot(sum, sum);
+    facet.h = sum * inverseSqrt(facet.length_sq);
+    facet.h = select(facet.h, -facet.h, facet.h.z < 0.0);
+    facet.cos_near = dot(near, facet.h);
+    facet.cos_far = abs(dot(towards, facet.h));
+    if facet.cos_near <= 0.0 || (dot(towards, facet.h) > 0.0) != (towards.z > 0.0) {
+        facet.h.z = 0.0;
+    }
+    return facet;
+}
+
+/// |d h / d w_far|, solid angles: Walter et al. 2007, equation 17; of reflection for a pane.
+fn transmission_jacobian(facet: Transmission, n: vec2f) -> f32 {
+    return n.y * n.y * facet.cos_far / facet.length_sq;
+}
+
+/// The rough lobe without its transmittance, the eye on the near side, in the radiance form: Walter et al. 2007,
+/// equation 21.
+fn rough_transmission(s: Surface, facet: Transmission, eye: vec3f, light: vec3f, n: vec2f) -> f32 {
+    let light_up = vec3f(light.xy, -light.z);
+    return 4.0 * n.x * n.x * facet.cos_near * facet.cos_far / facet.length_sq
+        * ggx_normals(facet.h, s.alpha) * ggx_visibility(eye, light_up, s.alpha);
 }
 #endif

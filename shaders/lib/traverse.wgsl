@@ -4,8 +4,12 @@
 // One traversal for both questions: the closest hit, and (`#if any_hit`) whether there is a hit at all.
 // Ylitie et al. 2017; the node layout and the order of its bits are those of obvhs.
 
-/// Depth of the tree, set by the host: the stack holds at most one group of siblings a level.
-override STACK_SIZE: u32 = 24u;
+/// The stack holds at most one group of siblings for each level of the tree; the host checks the depth.
+#if deep_tree
+const STACK_SIZE: u32 = 64u;
+#else
+const STACK_SIZE: u32 = 16u;
+#endif
 
 struct RayHit {
     t: f32,
@@ -13,8 +17,6 @@ struct RayHit {
     b1: f32,
     b2: f32,
 }
-
-const NO_TRIANGLE: u32 = 0xffffffffu;
 
 /// The ray in the form that a node's test wants.
 struct BoxRay {

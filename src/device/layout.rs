@@ -101,7 +101,7 @@ device_struct! {
     pub struct Hit {
         /// Distance in units of the ray direction's length.
         pub t: f32,
-        /// Index into `triangles`, `NO_HIT` for none.
+        /// Index into `triangles`, `NO_TRIANGLE` for none.
         pub triangle: u32,
         pub b1: f32,
         pub b2: f32,
@@ -218,5 +218,15 @@ device_struct! {
         pub angle_offset: f32,
         pub direction: [f32; 3],
         pub pad: u32,
+    }
+}
+
+device_struct! {
+    /// Sums over what the camera sees first in a pixel.
+    pub struct FirstHitPixel {
+        pub albedo: [f32; 3],
+        pub depth: f32,
+        pub normal: [f32; 3],
+        pub hits: u32,
     }
 }

@@ -51,6 +51,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "camera_rays",
     "closest_hit",
     "film_accumulate",
+    "first_hit",
     "loop_check",
     "occlusion",
     "path_shade",

@@ -5,6 +5,7 @@ pub mod flip;
 pub mod heatmap;
 pub mod metric;
 pub mod png;
+pub mod sums;
 pub mod tev;
 pub mod tonemap;
 pub mod write;

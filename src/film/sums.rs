@@ -2,8 +2,9 @@
 
 use super::{Layer, Picture};
 
-/// Samples a pixel after which the device's f32 sums are to be taken over: their rounding stays below 1e-5.
-pub const SAMPLES_A_FLUSH: u32 = 256;
+/// The device's f32 sums are taken over after every so many samples a pixel, counted from the first: the rounding
+/// stays below 1e-5, and the result does not depend on how a render was cut into rounds.
+pub const SAMPLES_A_FLUSH: u32 = 64;
 
 /// A pixel's sums as the device hands them over, in device units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,7 +60,11 @@ impl FilmSums {
         };
         picture.layers.push(Layer {
             name: "variance".into(),
-            channels: ["R", "G", "B"].iter().enumerate().map(|(i, name)| (name.to_string(), variance(i))).collect(),
+            channels: ["R", "G", "B"]
+                .iter()
+                .enumerate()
+                .map(|(i, name)| (name.to_string(), variance(i)))
+                .collect(),
         });
         let samples = self.pixels.iter().map(|pixel| pixel.count as f32).collect();
         picture.layers.push(Layer { name: "samples".into(), channels: vec![("Y".into(), samples)] });
@@ -73,7 +78,8 @@ impl FilmSums {
         if self.pixels.iter().any(|pixel| pixel.count < 2) {
             return None;
         }
-        let means: Vec<[f64; 3]> = self.pixels.iter().map(|p| p.sum.map(|sum| sum / p.count as f64)).collect();
+        let means: Vec<[f64; 3]> =
+            self.pixels.iter().map(|p| p.sum.map(|sum| sum / p.count as f64)).collect();
         let total: f64 = means.iter().flatten().sum();
         let epsilon = 0.01 * total / (3 * means.len()) as f64;
         if epsilon <= 0.0 {

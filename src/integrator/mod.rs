@@ -18,6 +18,8 @@ pub struct Settings {
     pub max_depth: Option<u32>,
     /// The user's seed.
     pub seed: u64,
+    /// Prepare for [`Wavefront::first_hits`](wavefront::Wavefront::first_hits).
+    pub first_hit: bool,
     /// Time every kernel with the device's timestamps.
     pub timing: bool,
 }

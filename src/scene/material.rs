@@ -2,6 +2,8 @@
 
 use glam::{Affine2, Vec3};
 
+use crate::math::ggx_albedo::MIN_ALPHA;
+
 /// Factors and textures of a material; each factor multiplies its texture and the vertex colour where glTF says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -129,13 +131,11 @@ impl Material {
         let transmitter =
             self.metallic == 0.0 && self.transmission == 1.0 && self.transmission_texture.is_none();
         let alpha = self.roughness * self.roughness;
-        let narrow = alpha < MIN_ALPHA
+        let narrow = f64::from(alpha) < MIN_ALPHA
             || (transmitter && self.volume && alpha * (self.ior - 1.0) < MIN_REFRACTED_SPREAD);
         self.metallic_roughness_texture.is_none() && (metal || transmitter) && narrow
     }
 }
 
-/// Narrowest finite lobe, as GGX alpha.
-pub const MIN_ALPHA: f32 = 1e-3;
 /// Narrowest finite refracted lobe, as alpha * |ior - 1|: about its half angle in radians.
-pub const MIN_REFRACTED_SPREAD: f32 = 2e-4;
+const MIN_REFRACTED_SPREAD: f32 = 2e-4;

@@ -1,17 +1,25 @@
 //! The one integration binary.
 
-mod gpu;
-mod quadrature;
-mod random;
-mod stats;
-
 mod alias;
+mod bsdf;
+mod bsdf_f64;
 mod builtin;
+mod compare;
 mod device;
 mod environment;
 mod film;
+mod fuzz;
+mod gltf_file;
 mod gpu;
+mod judge;
 mod layers;
 mod loader;
+mod loader_bad;
+mod loader_materials;
+mod metric;
+mod quadrature;
+mod random;
+mod reference;
 mod rng;
 mod sampling;
+mod stats;

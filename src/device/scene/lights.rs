@@ -38,12 +38,15 @@ struct DeviceEnvironment {
 
 /// Lists the lights and their probabilities. Lights without power are left out: emission that is black where it was
 /// looked at is still found by chance hits, with full weight.
+///
+/// # Errors
+/// An environment whose scaled radiance is no number.
 pub(super) fn collect(
     scene: &Scene,
     accel: &Accel,
     features: &SceneFeatures,
     radiance_exponent: i32,
-) -> Lights {
+) -> Result<Lights, DeviceError> {
     let mut lights = Lights {
         entries: Vec::new(),
         of_triangle: vec![0; accel.triangles.len()],
@@ -104,37 +107,38 @@ pub(super) fn collect(
             }
         }
     }
-    if let (true, Some(environment)) = (features.environment, &scene.environment) {
-        let map = EqualAreaMap::new(environment);
+    let map = match (features.environment, &scene.environment) {
+        (true, Some(environment)) => EqualAreaMap::new(environment)?,
+        _ => None,
+    };
+    if let Some(map) = map {
         let texels: Vec<Vec3> =
             map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
         let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        let table = AliasTable::new(&weights)?;
         // Radiance over all directions, falling on the disc around the unit scene.
-        let power = mean * 4.0 * std::f64::consts::PI * std::f64::consts::PI;
-        // A map without light has no table; it still is what is seen behind the scene.
-        if let Ok(table) = AliasTable::new(&weights) {
-            add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, power);
-            lights.environment = Some(DeviceEnvironment {
-                size: map.size,
-                light: lights.entries.len() - 1,
-                texels: texels
-                    .iter()
-                    .enumerate()
-                    .map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32])
-                    .collect(),
-                alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
-            });
-        }
+        add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, mean * 4.0 * std::f64::consts::PI.powi(2));
+        lights.environment = Some(DeviceEnvironment {
+            size: map.size,
+            light: lights.entries.len() - 1,
+            texels: texels
+                .iter()
+                .enumerate()
+                .map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32])
+                .collect(),
+            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
+        });
     }
-    if let Ok(table) = defensive_mix(&powers, DEFENSIVE_SHARE).and_then(|weights| AliasTable::new(&weights)) {
+    if !powers.is_empty() {
+        let table = AliasTable::new(&defensive_mix(&powers, DEFENSIVE_SHARE)?)?;
         for (index, (light, entry)) in lights.entries.iter_mut().zip(table.entries()).enumerate() {
             light.threshold = entry.threshold;
             light.alias_index = entry.alias;
             light.pdf_select = table.pdf_select(index) as f32;
         }
     }
-    lights
+    Ok(lights)
 }
 
 impl Lights {

@@ -18,6 +18,10 @@ use crate::math::ggx_albedo::GgxAlbedo;
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
 use crate::scene::{self, Projection, Scene, SceneFeatures};
 
+/// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
+const STACK: u32 = 16;
+const DEEP_STACK: u32 = 64;
+
 /// A scene on a device, with what its kernels must be compiled with.
 pub struct DeviceScene {
     pub buffers: BufferTable,
@@ -28,6 +32,8 @@ pub struct DeviceScene {
     /// Device radiance times 2^this is the scene's radiance.
     pub radiance_exponent: i32,
     pub light_count: usize,
+    /// The BVH is deeper than the traversal's ordinary stack.
+    deep_tree: bool,
     pub upload_time: Duration,
 }
 
@@ -44,9 +50,12 @@ impl DeviceScene {
     ) -> Result<Self, DeviceError> {
         let start = Instant::now();
         let mut buffers = BufferTable::default();
-        let mut constants = vec![("STACK_SIZE", f64::from(accel.depth))];
+        if accel.depth > DEEP_STACK {
+            return Err(DeviceError::TreeTooDeep { depth: accel.depth, limit: DEEP_STACK });
+        }
+        let mut constants = Vec::new();
         let radiance_exponent = radiance_exponent(scene, &accel.unit);
-        let lights = lights::collect(scene, accel, &features, radiance_exponent);
+        let lights = lights::collect(scene, accel, &features, radiance_exponent)?;
         lights.restrict(&mut features);
 
         buffers.upload(context, "nodes", &accel.nodes)?;
@@ -66,6 +75,7 @@ impl DeviceScene {
             unit: accel.unit,
             radiance_exponent,
             light_count: lights.entries.len(),
+            deep_tree: accel.depth > STACK,
             upload_time: start.elapsed(),
         })
     }
@@ -78,6 +88,9 @@ impl DeviceScene {
         }
         if self.light_count > 0 {
             names.insert("lights");
+        }
+        if self.deep_tree {
+            names.insert("deep_tree");
         }
         names
     }

@@ -64,7 +64,7 @@ impl Default for Limits {
             vertices: 1 << 27,
             triangles: 1 << 27,
             image_pixels: 1 << 28,
-            unbacked_elements: 1 << 24,
+            unbacked_elements: 1 << 22,
         }
     }
 }
@@ -102,6 +102,8 @@ pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) 
         materials: MaterialTable::new(&document),
         scene: Scene::default(),
         skipped: [0; 3],
+        vertices: 0,
+        triangles: 0,
         options,
     };
     extensions::warn_ignored(&document, &mut loader.scene.warnings);
@@ -141,6 +143,9 @@ struct Loader<'a> {
     scene: Scene,
     /// Primitives not shown: points, lines, without positions.
     skipped: [usize; 3],
+    /// Vertices and triangles placed so far.
+    vertices: u64,
+    triangles: u64,
     options: &'a LoadOptions,
 }
 
@@ -275,7 +280,7 @@ impl<'a> Loader<'a> {
             instances.into_iter().map(|instance| world * instance).collect()
         };
         for Ready { primitive, material } in primitives {
-            self.check_totals(primitive, transforms.len())?;
+            self.count(primitive, transforms.len())?;
             for transform in &transforms {
                 self.scene.meshes.push(place::place(primitive, transform, &name, *material)?);
             }
@@ -283,19 +288,19 @@ impl<'a> Loader<'a> {
         Ok(())
     }
 
-    /// Refuses before flattening what would not fit afterwards.
-    fn check_totals(&self, primitive: &Primitive, copies: usize) -> Result<(), SceneError> {
+    /// Adds to the totals, and refuses before flattening what would not fit afterwards.
+    fn count(&mut self, primitive: &Primitive, copies: usize) -> Result<(), SceneError> {
         let limits = &self.options.limits;
-        let meshes = &self.scene.meshes;
-        let vertices: usize = meshes.iter().map(|mesh| mesh.positions.len()).sum();
-        let total = |so_far: usize, more: usize| (more as u64).saturating_mul(copies as u64) + so_far as u64;
-        let vertices = total(vertices, primitive.positions.len());
-        let triangles = total(self.scene.triangle_count(), primitive.triangles.len());
-        if vertices > limits.vertices {
-            return Err(SceneError::Limit { what: "vertices", count: vertices, limit: limits.vertices });
+        let copied = |count: usize| (count as u64).saturating_mul(copies as u64);
+        self.vertices = self.vertices.saturating_add(copied(primitive.positions.len()));
+        self.triangles = self.triangles.saturating_add(copied(primitive.triangles.len()));
+        if self.vertices > limits.vertices {
+            let (count, limit) = (self.vertices, limits.vertices);
+            return Err(SceneError::Limit { what: "vertices", count, limit });
         }
-        if triangles > limits.triangles {
-            return Err(SceneError::Limit { what: "triangles", count: triangles, limit: limits.triangles });
+        if self.triangles > limits.triangles {
+            let (count, limit) = (self.triangles, limits.triangles);
+            return Err(SceneError::Limit { what: "triangles", count, limit });
         }
         Ok(())
     }

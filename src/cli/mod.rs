@@ -1,0 +1,94 @@
+//! The command line: one file for each subcommand. Results go to stdout, progress and messages to stderr.
+
+mod compare;
+mod devices;
+mod input;
+mod render;
+
+use clap::{Parser, Subcommand};
+
+/// How a run ended; the process's exit code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    Done = 0,
+    /// It failed, or the compared images differ.
+    Failed = 1,
+    /// Wrong usage or bad input.
+    BadInput = 2,
+    /// The budget ended before `--error` was met.
+    ErrorNotMet = 3,
+    /// No usable device.
+    NoDevice = 4,
+    /// Non-finite values were found.
+    NonFinite = 5,
+    /// Interrupted, and saved.
+    Interrupted = 130,
+}
+
+impl From<Exit> for std::process::ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Halfway renders glTF scenes by light transport on Vulkan compute shaders.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say more: -v what is done, -vv details.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+    /// Only results and errors.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to EXR and PNG files.
+    Render(Box<render::RenderArgs>),
+    /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
+    Compare(compare::CompareArgs),
+    /// List the devices that --device can name.
+    Devices,
+}
+
+/// Runs the subcommand.
+///
+/// # Errors
+/// What went wrong; [`exit_code`] says how the process then ends.
+pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
+    match &cli.command {
+        Command::Render(args) => render::run(args, cli.quiet),
+        Command::Compare(args) => Ok(compare::run(args)?),
+        Command::Devices => Ok(devices::run()),
+    }
+}
+
+/// The exit code that belongs to an error.
+pub fn exit_code(error: &anyhow::Error) -> Exit {
+    use crate::error::{DeviceError, FilmError, RenderError, SceneError};
+    let device = error.downcast_ref::<DeviceError>().or_else(|| match error.downcast_ref::<RenderError>() {
+        Some(RenderError::Device(device)) => Some(device),
+        _ => None,
+    });
+    match device {
+        Some(
+            DeviceError::NoAdapter
+            | DeviceError::NotFound { .. }
+            | DeviceError::Open { .. }
+            | DeviceError::CutsLoops { .. },
+        ) => return Exit::NoDevice,
+        Some(DeviceError::Scene(_)) => return Exit::BadInput,
+        Some(_) => return Exit::Failed,
+        None => {}
+    }
+    let input = error.is::<SceneError>()
+        || error.is::<input::InputError>()
+        || error.downcast_ref().is_some_and(FilmError::is_bad_input)
+        || error.is::<RenderError>();
+    if input { Exit::BadInput } else { Exit::Failed }
+}

@@ -1,0 +1,309 @@
+//! `halfway render`
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::Context as _;
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::Exit;
+use super::input::{InputError, SceneArgs, choose_camera, default_output, parse_duration, parse_size};
+use crate::device::{Context, DeviceChoice};
+use crate::film::tonemap::View;
+use crate::film::{Attribute, Picture, exr, png};
+use crate::integrator::Region;
+use crate::render::{Budget, Progress, RenderOptions, Renderer, Report, Stop};
+use crate::scene::Scene;
+
+/// Samples where no budget is given.
+const DEFAULT_SAMPLES: u32 = 64;
+
+/// How light is transported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum IntegratorName {
+    /// Path tracing with next-event estimation.
+    #[default]
+    Path,
+}
+
+/// Render a scene. The first limit of --spp, --time and --error that is met ends the render.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where the picture goes: .exr (linear, with layers) or .png (tone-mapped); may be given several times.
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+    #[arg(short, long, value_enum, default_value_t)]
+    integrator: IntegratorName,
+    /// Samples a pixel (64 if no limit is given).
+    #[arg(long, value_name = "N")]
+    spp: Option<u32>,
+    /// Time for rendering and pre-processing, such as 30s or 5m; loading and shader compilation come on top.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    time: Option<Duration>,
+    /// Stop at this estimated error: the expected MAPE of the picture, 0.05 = 5 %.
+    #[arg(long, value_name = "ERROR")]
+    error: Option<f64>,
+    /// Size in pixels (default: the scene's own wish, or 1280x720).
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Render only this part: left, top, width, height in pixels.
+    #[arg(long, value_name = "X,Y,W,H", value_delimiter = ',', num_args = 4)]
+    crop: Option<Vec<u32>>,
+    /// Which of the scene's cameras, by name or number.
+    #[arg(long, value_name = "CAMERA")]
+    camera: Option<String>,
+    /// Same seed, same device: the same picture, bit for bit.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit).
+    #[arg(long, value_name = "N")]
+    max_depth: Option<u32>,
+    /// Device by number or name as `halfway devices` lists them, or cpu.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    device: DeviceChoice,
+    /// How scene light becomes the PNG's colours.
+    #[arg(long, value_enum, default_value_t)]
+    view: View,
+    /// Exposure of the PNG in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
+    exposure: f32,
+    /// Write a report with times, memory, rays and features.
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+    /// Save the picture so far at this interval.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    save_every: Option<Duration>,
+}
+
+/// Set by Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Renders and writes what was asked for.
+///
+/// # Errors
+/// Bad input, no device, or a picture that cannot be written.
+pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
+    let outputs = match args.output.is_empty() {
+        true => vec![default_output(&args.scene.scene)],
+        false => args.output.clone(),
+    };
+    for output in &outputs {
+        check_output(output)?;
+    }
+    let load_start = Instant::now();
+    let mut scene = args.scene.load()?;
+    let camera = choose_camera(&mut scene, args.camera.as_deref())?;
+    say_what_is_missing(&scene);
+    let load_seconds = load_start.elapsed().as_secs_f64();
+
+    let context = Context::new(&args.device)?;
+    if !quiet {
+        eprintln!("device: {}", context.describe());
+        if context.is_cpu() {
+            eprintln!("warning: this is a software device; a GPU renders many times faster");
+        }
+    }
+    let options = options(args, &scene, camera)?;
+    install_interrupt();
+    let mut renderer = Renderer::new(&context, &scene, options.clone())?;
+    let bar = progress_bar(quiet, &options.budget);
+    let mut last_line = Instant::now();
+    let mut last_save = Instant::now();
+    let stop = loop {
+        let mut save = false;
+        let stop = renderer.run(|progress| {
+            show(&bar, progress, &options.budget, &mut last_line, quiet);
+            save = args.save_every.is_some_and(|every| last_save.elapsed() >= every);
+            save || INTERRUPTED.load(Ordering::Relaxed)
+        })?;
+        if !save || INTERRUPTED.load(Ordering::Relaxed) {
+            break stop;
+        }
+        write_all(args, &outputs, &renderer.picture()?, &renderer.report()?, &context)?;
+        last_save = Instant::now();
+    };
+    bar.finish_and_clear();
+
+    let report = renderer.report()?;
+    write_all(args, &outputs, &renderer.picture()?, &report, &context)?;
+    if let Some(path) = &args.stats {
+        write_stats(path, &report, &context, load_seconds)?;
+    }
+    if !quiet {
+        summary(&report, load_seconds, &options);
+    }
+    for output in &outputs {
+        println!("{}", output.display());
+    }
+    Ok(if report.non_finite > 0 {
+        eprintln!(
+            "error: {} samples were not finite; they are left out of the picture. Please report the scene.",
+            report.non_finite
+        );
+        Exit::NonFinite
+    } else if stop == Stop::Interrupted {
+        Exit::Interrupted
+    } else if args.error.is_some() && stop != Stop::Error {
+        Exit::ErrorNotMet
+    } else {
+        Exit::Done
+    })
+}
+
+fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOptions, InputError> {
+    let [width, height] = args.size.or(scene.resolution).unwrap_or([1280, 720]);
+    let no_limit = args.spp.is_none() && args.time.is_none() && args.error.is_none();
+    let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { args.spp };
+    if args.error.is_some_and(|error| !(error > 0.0)) {
+        return Err(InputError::Usage("--error takes a positive number, such as 0.05 for 5 %".into()));
+    }
+    if args.max_depth == Some(0) {
+        return Err(InputError::Usage("--max-depth counts surfaces from 1 (lights seen directly)".into()));
+    }
+    Ok(RenderOptions {
+        width,
+        height,
+        crop: args.crop.as_ref().map(|c| Region { x: c[0], y: c[1], width: c[2], height: c[3] }),
+        camera,
+        max_depth: args.max_depth,
+        seed: args.seed,
+        budget: Budget { samples, time: args.time, error: args.error },
+        first_hit_layers: true,
+        timing: args.stats.is_some(),
+        features: None,
+    })
+}
+
+fn say_what_is_missing(scene: &Scene) {
+    if scene.triangle_count() == 0 {
+        log::warn!("the scene has no triangles; only its environment, if any, will be seen");
+    }
+    if !crate::scene::SceneFeatures::of(scene).lights() {
+        log::warn!(
+            "the scene has no light: the picture will be black. Give it an emissive material, a \
+             KHR_lights_punctual light, or an environment with --env"
+        );
+    }
+}
+
+fn check_output(output: &Path) -> Result<(), InputError> {
+    match output.extension().and_then(|extension| extension.to_str()) {
+        Some("exr" | "png") => Ok(()),
+        _ => Err(InputError::Usage(format!(
+            "cannot tell the format of '{}'; name it .exr or .png",
+            output.display()
+        ))),
+    }
+}
+
+fn install_interrupt() {
+    let handler = || {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\ninterrupted: finishing the round and saving (again to stop at once)");
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        log::warn!("Ctrl-C will stop without saving: {error}");
+    }
+}
+
+fn progress_bar(quiet: bool, budget: &Budget) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let length = match (budget.samples, budget.time) {
+        (Some(samples), _) => Some(u64::from(samples)),
+        (None, Some(time)) => Some(time.as_millis() as u64),
+        (None, None) => None,
+    };
+    let bar = ProgressBar::with_draw_target(length, target);
+    let template = "{bar:30} {percent:>3} %  {msg}  {elapsed} passed, {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: &Progress, budget: &Budget, last_line: &mut Instant, quiet: bool) {
+    let error =
+        progress.estimated_error.map_or(String::new(), |error| format!(", error {:.1} %", 100.0 * error));
+    let message = format!("{} spp{error}", progress.samples);
+    bar.set_position(match budget.samples {
+        Some(_) => u64::from(progress.samples),
+        None => progress.elapsed.as_millis() as u64,
+    });
+    if bar.is_hidden() && !quiet && last_line.elapsed() >= Duration::from_secs(10) {
+        eprintln!("{:.0} s: {message}", progress.elapsed.as_secs_f64());
+        *last_line = Instant::now();
+    }
+    bar.set_message(message);
+}
+
+fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
+    let rate =
+        f64::from(report.samples) * f64::from(options.width) * f64::from(options.height) / report.seconds;
+    let reason = match report.stop {
+        Stop::Samples => "--spp reached",
+        Stop::Time => "--time reached",
+        Stop::Error => "--error reached",
+        Stop::Interrupted => "interrupted",
+    };
+    let error =
+        report.estimated_error.map_or(String::new(), |e| format!(", estimated error {:.2} %", 100.0 * e));
+    eprintln!(
+        "{} spp in {:.2} s ({:.2} M samples/s){error}; {reason}. Before that: loading {load_seconds:.2} s, BVH {:.2} s, \
+         compiling {:.2} s.",
+        report.samples,
+        report.seconds,
+        rate * 1e-6,
+        report.accel_seconds,
+        report.compile_seconds
+    );
+    if report.dropped_triangles > 0 {
+        eprintln!("{} triangles without area were left out", report.dropped_triangles);
+    }
+}
+
+fn write_all(
+    args: &RenderArgs,
+    outputs: &[PathBuf],
+    picture: &Picture,
+    report: &Report,
+    context: &Context,
+) -> anyhow::Result<()> {
+    let mut picture = picture.clone();
+    let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
+    let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
+    picture.metadata = vec![
+        text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
+        text("integrator", "path".into()),
+        number("spp", f64::from(report.samples)),
+        number("seconds", report.seconds),
+        number("preprocessingSeconds", 0.0),
+        text("seed", args.seed.to_string()),
+        text("device", context.describe()),
+        text("biased", "no".into()),
+        number("nonFiniteSamples", report.non_finite as f64),
+        text("commandLine", std::env::args().collect::<Vec<_>>().join(" ")),
+    ];
+    for output in outputs {
+        if output.extension().is_some_and(|extension| extension == "png") {
+            png::write(output, &picture, args.view, args.exposure)
+        } else {
+            exr::write(output, &picture)
+        }
+        .with_context(|| format!("the picture was not saved to {}", output.display()))?;
+    }
+    Ok(())
+}
+
+fn write_stats(path: &Path, report: &Report, context: &Context, load_seconds: f64) -> anyhow::Result<()> {
+    let mut value = serde_json::to_value(report)?;
+    value["device"] = context.describe().into();
+    value["load_seconds"] = load_seconds.into();
+    std::fs::write(path, serde_json::to_string_pretty(&value)?)
+        .with_context(|| format!("cannot write the report to {}", path.display()))
+}

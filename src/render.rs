@@ -1,0 +1,328 @@
+//! The budget loop: rounds of samples until the first limit of samples, time or error is met.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::accel::Accel;
+use crate::device::Context;
+use crate::device::layout::{FilmPixel, FirstHitPixel};
+use crate::device::scene::DeviceScene;
+use crate::error::RenderError;
+use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
+use crate::film::{Layer, Picture};
+use crate::integrator::{PathIntegrator, RayCounts, Region, Settings};
+use crate::scene::{Scene, SceneFeatures};
+
+/// When to stop: the first limit that is met.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Budget {
+    /// Samples a pixel.
+    pub samples: Option<u32>,
+    /// Rendering time, pre-processing included; loading and shader compilation are not.
+    pub time: Option<Duration>,
+    /// Estimated error of the picture, see [`FilmSums::estimated_error`].
+    pub error: Option<f64>,
+}
+
+/// Below this many samples a pixel an error estimate is not trusted to stop a render: light that has not been found
+/// is not in it.
+const MIN_SAMPLES_FOR_ERROR: u32 = 64;
+/// Samples that the layers albedo, normal and depth are averaged over.
+const FIRST_HIT_SAMPLES: u32 = 16;
+/// A round ends after about this time, so that progress shows and an interrupt is soon heard.
+const ROUND: Duration = Duration::from_millis(300);
+
+/// What to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// The whole picture, pixels.
+    pub width: u32,
+    pub height: u32,
+    /// The part to render; `None` for the whole.
+    pub crop: Option<Region>,
+    /// Index into the scene's cameras.
+    pub camera: usize,
+    pub max_depth: Option<u32>,
+    pub seed: u64,
+    pub budget: Budget,
+    /// Layers for albedo, normal and depth.
+    pub first_hit_layers: bool,
+    /// Time every kernel.
+    pub timing: bool,
+    /// Features to compile for; `None` takes those of the scene (tests force others).
+    pub features: Option<SceneFeatures>,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            width: 256,
+            height: 256,
+            crop: None,
+            camera: 0,
+            max_depth: None,
+            seed: 0,
+            budget: Budget::default(),
+            first_hit_layers: false,
+            timing: false,
+            features: None,
+        }
+    }
+}
+
+/// Where a render stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    pub samples: u32,
+    pub elapsed: Duration,
+    pub estimated_error: Option<f64>,
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stop {
+    Samples,
+    Time,
+    Error,
+    Interrupted,
+}
+
+/// What a render did, for reports.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub stop: Stop,
+    pub samples: u32,
+    /// Seconds of rendering; of building the BVH; of uploading; of compiling.
+    pub seconds: f64,
+    pub accel_seconds: f64,
+    pub upload_seconds: f64,
+    pub compile_seconds: f64,
+    pub estimated_error: Option<f64>,
+    pub rays: RayCounts,
+    pub non_finite: u64,
+    pub triangles: usize,
+    pub dropped_triangles: usize,
+    pub lights: usize,
+    pub features: SceneFeatures,
+    /// Bytes by buffer.
+    pub memory: Vec<(String, u64)>,
+    /// Seconds and dispatches by kernel, where timed.
+    pub kernels: std::collections::BTreeMap<String, (f64, u64)>,
+}
+
+/// A scene made ready for one device: renders can be continued and looked at.
+pub struct Renderer<'a> {
+    context: &'a Context,
+    integrator: PathIntegrator,
+    options: RenderOptions,
+    sums: FilmSums,
+    first_hits: Vec<FirstHitPixel>,
+    samples: u32,
+    elapsed: Duration,
+    radiance_scale: f64,
+    /// Length of a unit of unit space in scene units.
+    length_scale: f64,
+    report: Report,
+}
+
+impl<'a> Renderer<'a> {
+    /// Builds everything that the scene requires.
+    ///
+    /// # Errors
+    /// No such camera, a picture without pixels, or what the layers below report.
+    pub fn new(context: &'a Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
+        let camera = scene
+            .cameras
+            .get(options.camera)
+            .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
+        let region =
+            options.crop.unwrap_or(Region { x: 0, y: 0, width: options.width, height: options.height });
+        check_region(&region, options.width, options.height)?;
+        let accel = Accel::build(scene)?;
+        let features = options.features.unwrap_or_else(|| SceneFeatures::of(scene));
+        let device_scene = DeviceScene::new(context, scene, &accel, features)?;
+        let settings = Settings {
+            width: options.width,
+            height: options.height,
+            region,
+            max_depth: options.max_depth,
+            seed: options.seed,
+            first_hit: options.first_hit_layers,
+            timing: options.timing,
+        };
+        let device_camera = device_scene.camera(camera, options.width, options.height);
+        let radiance_scale = 2f64.powi(device_scene.radiance_exponent);
+        let mut report = Report {
+            stop: Stop::Interrupted,
+            samples: 0,
+            seconds: 0.0,
+            accel_seconds: accel.build_time.as_secs_f64(),
+            upload_seconds: device_scene.upload_time.as_secs_f64(),
+            compile_seconds: 0.0,
+            estimated_error: None,
+            rays: RayCounts::default(),
+            non_finite: 0,
+            triangles: accel.triangles.len(),
+            dropped_triangles: accel.dropped,
+            lights: device_scene.light_count,
+            features: device_scene.features,
+            memory: Vec::new(),
+            kernels: Default::default(),
+        };
+        let mut integrator = PathIntegrator::new(context, device_scene, &device_camera, settings)?;
+        // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
+        let warm_up = Instant::now();
+        integrator.wavefront.warm_up(context)?;
+        let first_hits = match options.first_hit_layers {
+            true => integrator.wavefront.first_hits(context, FIRST_HIT_SAMPLES)?,
+            false => Vec::new(),
+        };
+        report.compile_seconds = (integrator.wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
+        report.memory = integrator.wavefront.buffers.sizes();
+        Ok(Self {
+            context,
+            integrator,
+            sums: FilmSums::new(region.width, region.height),
+            first_hits,
+            samples: 0,
+            elapsed: Duration::ZERO,
+            radiance_scale,
+            length_scale: accel.unit.world_length(1.0),
+            report,
+            options,
+        })
+    }
+
+    /// Renders until a limit of the budget is met or `interrupted` says so; it is asked after every round.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn run(&mut self, mut interrupted: impl FnMut(&Progress) -> bool) -> Result<Stop, RenderError> {
+        let start = Instant::now();
+        let before = self.elapsed;
+        let budget = self.options.budget;
+        let mut round = 1u32;
+        let stop = loop {
+            if budget.samples.is_some_and(|samples| self.samples >= samples) {
+                break Stop::Samples;
+            }
+            let to_flush = SAMPLES_A_FLUSH - self.samples % SAMPLES_A_FLUSH;
+            let to_end = budget.samples.map_or(u32::MAX, |samples| samples - self.samples);
+            let samples = round.min(to_flush).min(to_end);
+            let round_start = Instant::now();
+            self.integrator.wavefront.render(self.context, self.samples, samples)?;
+            self.context.wait()?;
+            self.samples += samples;
+            self.elapsed = before + start.elapsed();
+            if self.samples % SAMPLES_A_FLUSH == 0 {
+                let taken = self.integrator.wavefront.take_film(self.context)?;
+                self.sums.add(taken.iter().map(pixel_sums));
+            }
+            let error = self.current_sums()?.estimated_error();
+            let progress = Progress { samples: self.samples, elapsed: self.elapsed, estimated_error: error };
+            if interrupted(&progress) {
+                break Stop::Interrupted;
+            }
+            let reached = |wanted: f64| error.is_some_and(|error| error <= wanted);
+            if self.samples >= MIN_SAMPLES_FOR_ERROR && budget.error.is_some_and(reached) {
+                break Stop::Error;
+            }
+            let a_sample = round_start.elapsed().as_secs_f64() / f64::from(samples);
+            let mut next = ROUND.as_secs_f64() / a_sample;
+            if let Some(time) = budget.time {
+                let left = time.saturating_sub(self.elapsed).as_secs_f64();
+                if left <= 0.5 * a_sample {
+                    break Stop::Time;
+                }
+                next = next.min(left / a_sample);
+            }
+            round = (next as u32).clamp(1, round * 4);
+        };
+        self.report.stop = stop;
+        Ok(stop)
+    }
+
+    /// Host sums and what the device has not handed over yet.
+    fn current_sums(&self) -> Result<FilmSums, RenderError> {
+        let mut sums = self.sums.clone();
+        if self.samples % SAMPLES_A_FLUSH != 0 {
+            sums.add(self.integrator.wavefront.film(self.context)?.iter().map(pixel_sums));
+        }
+        Ok(sums)
+    }
+
+    /// The picture so far, with its layers.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn picture(&self) -> Result<Picture, RenderError> {
+        let mut picture = self.current_sums()?.picture(self.radiance_scale);
+        if self.options.first_hit_layers {
+            picture.layers.extend(self.first_hit_layers());
+        }
+        Ok(picture)
+    }
+
+    /// What was done so far.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn report(&self) -> Result<Report, RenderError> {
+        let sums = self.current_sums()?;
+        let mut report = self.report.clone();
+        report.samples = self.samples;
+        report.seconds = self.elapsed.as_secs_f64();
+        report.estimated_error = sums.estimated_error();
+        report.non_finite = sums.non_finite();
+        report.rays = self.integrator.wavefront.ray_counts(self.context)?;
+        report.kernels = self.integrator.wavefront.kernel_times();
+        Ok(report)
+    }
+
+    fn first_hit_layers(&self) -> [Layer; 3] {
+        let samples = FIRST_HIT_SAMPLES as f32;
+        let layer = |name: &str, channels: [&str; 3], of: fn(&FirstHitPixel) -> [f32; 3]| Layer {
+            name: name.into(),
+            channels: (0..3)
+                .map(|c| {
+                    let values = self.first_hits.iter().map(|pixel| of(pixel)[c] / samples).collect();
+                    (channels[c].to_string(), values)
+                })
+                .collect(),
+        };
+        // Depth is the mean over the samples that met a surface; infinite where none did.
+        let depth = |pixel: &FirstHitPixel| match pixel.hits {
+            0 => f32::INFINITY,
+            hits => (f64::from(pixel.depth) / f64::from(hits) * self.length_scale) as f32,
+        };
+        let depths = self.first_hits.iter().map(depth).collect();
+        [
+            layer("albedo", ["R", "G", "B"], |pixel| pixel.albedo),
+            layer("normal", ["X", "Y", "Z"], |pixel| pixel.normal),
+            Layer { name: "depth".into(), channels: vec![("Z".into(), depths)] },
+        ]
+    }
+}
+
+fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
+    PixelSums {
+        sum: pixel.sum.map(f64::from),
+        sum_sq: pixel.sum_sq.map(f64::from),
+        count: u64::from(pixel.count),
+        non_finite: u64::from(pixel.non_finite),
+    }
+}
+
+fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
+    let inside = u64::from(region.x) + u64::from(region.width) <= u64::from(width)
+        && u64::from(region.y) + u64::from(region.height) <= u64::from(height);
+    if region.width == 0 || region.height == 0 || !inside {
+        return Err(RenderError::BadRegion { region: *region, width, height });
+    }
+    if u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
+        return Err(RenderError::TooManyPixels { width, height });
+    }
+    Ok(())
+}

@@ -1,0 +1,17 @@
+//! The judge: a naive renderer in f64, written from the definitions and not for speed, by which the renderer's
+//! pictures are judged. It shares the scene's data types with the renderer, and `bsdf_f64` with the tests of
+//! the BSDF; everything else (intersection, sampling, lights, random numbers) is its own.
+//!
+//! The estimator is a path tracer that weighs its two ways to find a light (a direction drawn from the BSDF, a point
+//! drawn on the light) by the balance heuristic: the contribution of a path, divided by the sum of the densities with
+//! which the two ways would have found it.
+
+mod camera;
+mod geometry;
+mod light;
+mod random;
+mod texture;
+mod tracer;
+mod world;
+
+pub use tracer::{Options, Render, render};
