@@ -187,9 +187,10 @@ pub enum RenderError {
     #[error("there is no camera {wanted}: the scene has {count} (numbered from 0); see `halfway info`")]
     NoCamera { wanted: usize, count: usize },
     #[error(
-        "the part {}x{}+{}+{} does not lie in the picture of {width}x{height} pixels; --crop takes X,Y,WIDTH,HEIGHT", region.width, region.height, region.x, region.y
+        "the part {part} (left,top,width,height) does not lie in the picture of {width}x{height} pixels; --crop takes \
+         X,Y,WIDTH,HEIGHT"
     )]
-    BadRegion { region: crate::integrator::Region, width: u32, height: u32 },
+    BadRegion { part: String, width: u32, height: u32 },
     #[error(
         "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
     )]

@@ -1,7 +1,9 @@
 //! The command line: one file for each subcommand. Results go to stdout, progress and messages to stderr.
 
+mod bench;
 mod compare;
 mod devices;
+mod info;
 mod input;
 mod render;
 
@@ -52,6 +54,10 @@ enum Command {
     Render(Box<render::RenderArgs>),
     /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
     Compare(compare::CompareArgs),
+    /// Say what a scene contains, what it switches on and what each part costs.
+    Info(info::InfoArgs),
+    /// Measure.
+    Bench(bench::BenchArgs),
     /// List the devices that --device can name.
     Devices,
 }
@@ -64,6 +70,8 @@ pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
         Command::Compare(args) => Ok(compare::run(args)?),
+        Command::Info(args) => info::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Devices => Ok(devices::run()),
     }
 }

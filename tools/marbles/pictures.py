@@ -1,0 +1,129 @@
+"""Textures for the demo scene, as (height, width, 3) arrays in [0, 1], sRGB unless said otherwise."""
+
+import struct
+import zlib
+
+import numpy as np
+
+
+def png(picture):
+    """The bytes of an 8-bit RGB PNG."""
+    pixels = (np.clip(picture, 0, 1) * 255 + 0.5).astype(np.uint8)
+    height, width, _ = pixels.shape
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], 1)
+    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    body = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9)) + chunk(b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + body
+
+
+def plane(width, height):
+    """Pixel centres as x, y in [0, 1), y downwards."""
+    y, x = np.mgrid[0:height, 0:width]
+    return (x + 0.5) / width, (y + 0.5) / height
+
+
+def blend(a, b, share):
+    return np.asarray(a) * (1 - share[..., None]) + np.asarray(b) * share[..., None]
+
+
+def smooth(edge, value, width):
+    """0 below `edge`, 1 above, a ramp of `width` between."""
+    return np.clip((value - edge) / width + 0.5, 0, 1)
+
+
+def noise(width, height, cells, seed):
+    """Smooth value noise that repeats at the borders, in [0, 1]; `cells` across and down."""
+    rng = np.random.default_rng(seed)
+    grid = rng.random((cells[1], cells[0]))
+    x, y = plane(width, height)
+    x, y = x * cells[0], y * cells[1]
+    i, j = x.astype(int), y.astype(int)
+    fade = lambda t: t * t * (3 - 2 * t)
+    s, t = fade(x - i), fade(y - j)
+    at = lambda di, dj: grid[(j + dj) % cells[1], (i + di) % cells[0]]
+    top, bottom = at(0, 0) * (1 - s) + at(1, 0) * s, at(0, 1) * (1 - s) + at(1, 1) * s
+    return top * (1 - t) + bottom * t
+
+
+def gingham(size=192):
+    """A checkered cloth, one repeat: white, half and full stripes, with a hint of its threads."""
+    x, y = plane(size, size)
+    share = ((x < 0.5).astype(float) + (y < 0.5)) / 2
+    cloth = blend([0.93, 0.91, 0.87], [0.72, 0.1, 0.11], share)
+    threads = 0.04 * (np.sin(x * size * np.pi / 2) * np.sin(y * size * np.pi / 2))
+    return cloth + threads[..., None]
+
+
+def wood(width, height, light, dark, seed):
+    """Grain along x that repeats."""
+    slow = noise(width, height, (2, 6), seed)
+    x, y = plane(width, height)
+    rings = 0.5 + 0.5 * np.sin(2 * np.pi * (9 * y + 2.2 * slow))
+    fibre = noise(width, height, (6, height // 3), seed + 1)
+    return blend(light, dark, np.clip(0.55 * rings**2 + 0.45 * fibre, 0, 1))
+
+
+def plaster(size=192):
+    """A tangent-space normal map (linear) of a wall painted with a brush."""
+    height = 0.6 * noise(size, size, (24, 24), 3) + 0.4 * noise(size, size, (60, 60), 4)
+    slope = lambda axis: (np.roll(height, -1, axis) - np.roll(height, 1, axis)) * 0.9
+    normal = np.stack([-slope(1), slope(0), np.ones_like(height)], 2)
+    return normal / np.linalg.norm(normal, axis=2, keepdims=True) * 0.5 + 0.5
+
+
+def dusk(width=320, height=240):
+    """What the window shows: evening sky, a moon, hills."""
+    x, y = plane(width, height)
+    sky = blend([0.15, 0.22, 0.42], [0.47, 0.5, 0.66], smooth(0.3, y, 0.6))
+    sky = blend(sky, [0.98, 0.66, 0.42], smooth(0.63, y, 0.4) ** 2)
+    moon = np.hypot((x - 0.3) * width / height, y - 0.27)
+    dark_side = np.hypot((x - 0.325) * width / height, y - 0.255)
+    sky = blend(sky, [1.0, 0.97, 0.86], (1 - smooth(0.05, moon, 0.008)) * smooth(0.047, dark_side, 0.008))
+    far = 0.74 + 0.05 * np.sin(x * 7 + 1) + 0.02 * np.sin(x * 19)
+    near = 0.86 + 0.05 * np.sin(x * 5 + 4) + 0.015 * np.sin(x * 23)
+    sky = blend(sky, [0.34, 0.33, 0.47], smooth(0, y - far, 0.01))
+    return blend(sky, [0.13, 0.17, 0.22], smooth(0, y - near, 0.01))
+
+
+def shade(width=96, height=64):
+    """A lamp shade's cloth from inside lit: brightest in the middle, fine ribs."""
+    x, y = plane(width, height)
+    ribs = 0.94 + 0.06 * np.cos(x * 2 * np.pi * 24)
+    glow = (0.72 + 0.28 * np.sin(np.pi * y)) * ribs
+    return np.array([1.0, 0.83, 0.58]) * glow[..., None]
+
+
+def stripes(width=8, height=128):
+    """A cup's glaze along its profile: cream with two blue rings."""
+    _, y = plane(width, height)
+    ring = lambda at, half: 1 - smooth(half, np.abs(y - at), 0.01)
+    return blend([0.93, 0.92, 0.88], [0.12, 0.25, 0.55], np.clip(ring(0.12, 0.035) + ring(0.22, 0.012), 0, 1))
+
+
+def poster(width=180, height=240):
+    """A print: from the eye and from the lamp, two paths that meet halfway."""
+    x, y = plane(width, height)
+    x = x * width / height
+    picture = blend([0.93, 0.9, 0.82], [0.93, 0.9, 0.82], x)
+
+    def line(picture, a, b, half, colour):
+        a, b = np.array(a), np.array(b)
+        share = np.clip(((x - a[0]) * (b - a)[0] + (y - a[1]) * (b - a)[1]) / ((b - a) @ (b - a)), 0, 1)
+        gap = np.hypot(x - a[0] - share * (b - a)[0], y - a[1] - share * (b - a)[1])
+        return blend(picture, colour, 1 - smooth(half, gap, 0.006))
+
+    disc = lambda picture, at, radius, colour: blend(
+        picture, colour, 1 - smooth(radius, np.hypot(x - at[0], y - at[1]), 0.006))
+    ink, sun, blue = [0.16, 0.17, 0.22], [0.93, 0.58, 0.16], [0.16, 0.38, 0.58]
+    picture = disc(picture, (0.56, 0.2), 0.105, sun)
+    for a, b in (((0.56, 0.2), (0.64, 0.6)), ((0.64, 0.6), (0.4, 0.5))):
+        picture = line(picture, a, b, 0.009, sun)
+    for a, b in (((0.16, 0.78), (0.24, 0.36)), ((0.24, 0.36), (0.4, 0.5))):
+        picture = line(picture, a, b, 0.009, blue)
+    picture = disc(picture, (0.4, 0.5), 0.034, [0.78, 0.16, 0.15])
+    lens = np.maximum(np.hypot(x - 0.16, y - 0.9), np.hypot(x - 0.16, y - 0.66))
+    picture = blend(picture, ink, 1 - smooth(0.158, lens, 0.006))
+    picture = blend(picture, [0.96, 0.95, 0.9], 1 - smooth(0.146, lens, 0.006))
+    picture = disc(picture, (0.16, 0.78), 0.026, blue)
+    return disc(picture, (0.16, 0.78), 0.011, ink)
