@@ -155,6 +155,13 @@ pub enum FilmError {
          rendered without a filter of negative lobes"
     )]
     NegativeReference { count: usize },
+    #[error(
+        "cannot limit {metric}: the pictures do not say how noisy they are; compare EXR files with variance layers, as \
+         `halfway render` writes them, or leave that limit out"
+    )]
+    MetricUnknown { metric: String },
+    #[error("cannot write the report: {message}; this is a defect of Halfway, please report it")]
+    Report { message: String },
     #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
     Viewer { address: String, source: std::io::Error },
 }
@@ -165,9 +172,10 @@ pub enum RenderError {
     #[error("there is no camera {wanted}: the scene has {count} (numbered from 0); see `halfway info`")]
     NoCamera { wanted: usize, count: usize },
     #[error(
-        "the part {}x{}+{}+{} does not lie in the picture of {width}x{height} pixels; --crop takes X,Y,WIDTH,HEIGHT", region.width, region.height, region.x, region.y
+        "the part {part} (left,top,width,height) does not lie in the picture of {width}x{height} pixels; --crop takes \
+         X,Y,WIDTH,HEIGHT"
     )]
-    BadRegion { region: crate::integrator::Region, width: u32, height: u32 },
+    BadRegion { part: String, width: u32, height: u32 },
     #[error(
         "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
     )]

@@ -319,7 +319,8 @@ fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderEr
     let inside = u64::from(region.x) + u64::from(region.width) <= u64::from(width)
         && u64::from(region.y) + u64::from(region.height) <= u64::from(height);
     if region.width == 0 || region.height == 0 || !inside {
-        return Err(RenderError::BadRegion { region: *region, width, height });
+        let part = format!("{},{},{},{}", region.x, region.y, region.width, region.height);
+        return Err(RenderError::BadRegion { part, width, height });
     }
     if u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
         return Err(RenderError::TooManyPixels { width, height });

@@ -52,18 +52,18 @@ override TANGENT_OFFSET: u32 = 0u;
 override COLOR_OFFSET: u32 = 0u;
 
 /// A number of a vertex interpolated over the triangle.
-fn attribute(triangle: u32, b: vec3f, offset: u32) -> f32 {
+fn attribute1(triangle: u32, b: vec3f, offset: u32) -> f32 {
     return b.x * vertex_attributes[corner_vertices[triangle * 3u] * ATTRIBUTE_STRIDE + offset]
         + b.y * vertex_attributes[corner_vertices[triangle * 3u + 1u] * ATTRIBUTE_STRIDE + offset]
         + b.z * vertex_attributes[corner_vertices[triangle * 3u + 2u] * ATTRIBUTE_STRIDE + offset];
 }
 
 fn attribute2(triangle: u32, b: vec3f, offset: u32) -> vec2f {
-    return vec2f(attribute(triangle, b, offset), attribute(triangle, b, offset + 1u));
+    return vec2f(attribute1(triangle, b, offset), attribute1(triangle, b, offset + 1u));
 }
 
 fn attribute3(triangle: u32, b: vec3f, offset: u32) -> vec3f {
-    return vec3f(attribute2(triangle, b, offset), attribute(triangle, b, offset + 2u));
+    return vec3f(attribute2(triangle, b, offset), attribute1(triangle, b, offset + 2u));
 }
 
 fn attribute4(triangle: u32, b: vec3f, offset: u32) -> vec4f {

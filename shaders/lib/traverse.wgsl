@@ -1,5 +1,8 @@
 #import bind/accel
 #import lib/intersect
+#if alpha
+#import lib/alpha
+#endif
 
 // One traversal for both questions: the closest hit, and (`#if any_hit`) whether there is a hit at all.
 // Ylitie et al. 2017; the node layout and the order of its bits are those of obvhs.
@@ -126,7 +129,13 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
             let index = found.y + bit;
             let candidate = intersect_triangle(
                 sheared, triangles[index].v0, triangles[index].v1, triangles[index].v2, hit.t);
-            if candidate.t > 0.0 {
+            var found_hit = candidate.t > 0.0;
+#if alpha
+            if found_hit && (triangles[index].material_flags & TRIANGLE_ALPHA) != 0u {
+                found_hit = is_present(index, candidate.b1, candidate.b2);
+            }
+#endif
+            if found_hit {
                 hit = RayHit(candidate.t, index, candidate.b1, candidate.b2);
 #if any_hit
                 return hit;

@@ -1,6 +1,9 @@
 //! The command line: one file for each subcommand. Results go to stdout, progress and messages to stderr.
 
+mod bench;
+pub mod compare;
 mod devices;
+mod info;
 mod input;
 mod render;
 
@@ -49,6 +52,12 @@ pub struct Cli {
 enum Command {
     /// Render a scene to EXR and PNG files.
     Render(Box<render::RenderArgs>),
+    /// Compare a picture with a reference: errors, bias, and a heat map.
+    Compare(compare::CompareArgs),
+    /// Say what a scene contains, what it switches on and what each part costs.
+    Info(info::InfoArgs),
+    /// Measure.
+    Bench(bench::BenchArgs),
     /// List the devices that --device can name.
     Devices,
 }
@@ -60,6 +69,13 @@ enum Command {
 pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
+        Command::Compare(args) => Ok(match compare::run(args)? {
+            compare::Verdict::Within => Exit::Done,
+            compare::Verdict::Beyond => Exit::Failed,
+            compare::Verdict::NonFinite => Exit::NonFinite,
+        }),
+        Command::Info(args) => info::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Devices => Ok(devices::run()),
     }
 }

@@ -28,6 +28,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "bind/queue",
     "bind/surface",
     "lib/alias",
+    "lib/alpha",
     "lib/bsdf",
     "lib/color",
     "lib/dielectric",

@@ -1,6 +1,7 @@
 //! Integrators: what one iteration dispatches.
 
 mod path;
+pub mod ray_bench;
 mod wavefront;
 
 pub use path::PathIntegrator;

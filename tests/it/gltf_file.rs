@@ -158,7 +158,7 @@ impl GltfFile {
     }
 }
 
-/// The code of a fault, or the variant's name where it has none.
+/// The code of a fault, or the variant's name where it has none; faults of environments do not concern glTF.
 pub fn code(result: Result<Scene, SceneError>) -> &'static str {
     match result {
         Ok(_) => "no fault",
@@ -170,7 +170,7 @@ pub fn code(result: Result<Scene, SceneError>) -> &'static str {
         Err(SceneError::Extensions { .. }) => "extensions",
         Err(SceneError::Limit { .. }) => "limit",
         Err(SceneError::Image { .. }) => "image",
-        Err(SceneError::Picture { .. } | SceneError::EnvironmentScale { .. }) => "picture",
+        Err(_) => "a fault that no glTF file has",
     }
 }
 

@@ -71,12 +71,12 @@ fn c07_point_to_square() {
     let quarter = quadrature::rectangle([0.0; 2], [0.5; 2], kernel);
     assert!((4.0 * quarter / expected - 1.0).abs() < 1e-6, "the constant and the integral disagree");
     let picture = one_pixel(&scene, &spot_camera(), 1 << 19, 1);
-    picture.grey().assert_mean("square lamp", 0.5 * expected, 5e-4);
+    picture.channel(0).assert_mean("square lamp", 0.5 * expected, 5e-4);
 
     // Exposure: everything is proportional to the light, at any power.
     scene.materials[1].emission *= 1e20;
     let picture = one_pixel(&scene, &spot_camera(), 1 << 16, 1);
-    picture.grey().assert_mean("bright square lamp", 0.5e20 * expected, 2e-3);
+    picture.channel(0).assert_mean("bright square lamp", 0.5e20 * expected, 2e-3);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn c07_disk() {
     let disk = Mesh { positions, triangles, ..Mesh::default() };
     let scene = scene([(grey(0.8), horizontal(0.02, 0.0, true)), (lamp(2.0), disk)]);
     let picture = one_pixel(&scene, &spot_camera(), 1 << 18, 1);
-    picture.grey().assert_mean("disk lamp", 0.8 / PI * 2.0 * 0.5 * PI, 1e-3);
+    picture.channel(0).assert_mean("disk lamp", 0.8 / PI * 2.0 * 0.5 * PI, 1e-3);
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn c07_sphere() {
     let sphere = shapes::icosphere(DVec3::Y * 2.0, 0.5, 5);
     let scene = scene([(grey(1.0), horizontal(0.02, 0.0, true)), (lamp(1.0), sphere)]);
     let picture = one_pixel(&scene, &spot_camera(), 1 << 18, 1);
-    picture.grey().assert_mean("sphere lamp", 0.196_349_540_849_362_07 / PI, 4e-3);
+    picture.channel(0).assert_mean("sphere lamp", 0.196_349_540_849_362_07 / PI, 4e-3);
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn c07_punctual_lights() {
         ("sun", at(LightKind::Directional, DVec3::ZERO, towards_origin), lambert),
     ] {
         scene.lights = vec![light];
-        let mean = one_pixel(&scene, &spot_camera(), 4096, 1).grey().mean;
+        let mean = one_pixel(&scene, &spot_camera(), 4096, 1).channel(0).mean;
         // f32 directions, angles and normals of the scene carry 1e-7 of error each.
         assert!((mean / expected - 1.0).abs() < 1e-5, "{what}: {mean} instead of {expected}");
     }
@@ -168,7 +168,7 @@ fn c04_furnace_box() {
         };
         let picture = render(&scene, &scene.cameras[0], &options);
         let expected = (1.0 - f64::from(rho).powi(most as i32 + 1)) / (1.0 - f64::from(rho));
-        picture.grey().assert_mean("furnace box", expected, 1e-2);
+        picture.channel(0).assert_mean("furnace box", expected, 1e-2);
     }
 }
 
@@ -215,7 +215,7 @@ fn n20_plane_under_the_sky() {
     // Radiance that falls linearly with the polar angle, as two rows interpolate it: E = pi L only for a constant.
     let mut scene = scene([(grey(1.0), horizontal(0.02, 0.0, true))]);
     scene.environment = Some(sky(vec![[0.7; 3]; 8], 4));
-    one_pixel(&scene, &spot_camera(), 1 << 16, 1).grey().assert_mean("uniform sky", 0.7, 5e-3);
+    one_pixel(&scene, &spot_camera(), 1 << 16, 1).channel(0).assert_mean("uniform sky", 0.7, 5e-3);
 
     let rows = [2.0, 1.5, 0.5, 0.0].map(|value| [[value; 3]; 3]);
     scene.environment = Some(sky(rows.concat(), 3));
@@ -228,7 +228,7 @@ fn n20_plane_under_the_sky() {
     };
     let integrand = |polar: f64| 2.0 * radiance(polar) * polar.sin() * polar.cos();
     let expected = quadrature::interval(0.0, 0.5 * PI, 64, integrand);
-    one_pixel(&scene, &spot_camera(), 1 << 18, 1).grey().assert_mean("rows of sky", expected, 2e-3);
+    one_pixel(&scene, &spot_camera(), 1 << 18, 1).channel(0).assert_mean("rows of sky", expected, 2e-3);
 }
 
 #[test]
@@ -248,7 +248,7 @@ fn n20_sky_looks_where_it_should() {
         environment.rotation = rotation as f32;
         let scene = Scene { environment: Some(environment), ..Scene::default() };
         let view = shapes::looking_at("out", DVec3::ZERO, direction, 0.01);
-        let mean = one_pixel(&scene, &view, 256, 0).grey().mean;
+        let mean = one_pixel(&scene, &view, 256, 0).channel(0).mean;
         assert!(
             (mean - 1.0).abs() < 1e-3,
             "column {column}, rotation {rotation}: {mean} towards {direction}"
@@ -280,7 +280,7 @@ fn c12_white_furnace_of_materials() {
             max_scatterings: 200,
             ..Options::default()
         };
-        render(&scene, &view, &options).grey().assert_mean(what, 1.0, 1e-2);
+        render(&scene, &view, &options).channel(0).assert_mean(what, 1.0, 1e-2);
     }
 }
 
@@ -294,7 +294,7 @@ fn c12_glass_slab_is_neutral() {
     }
     let options =
         Options { resolution: [24, 24], samples: 32, seed: 5, max_scatterings: 400, ..Options::default() };
-    render(&scene, &scene.cameras[0], &options).grey().assert_mean("glass slab", 1.0, 1e-2);
+    render(&scene, &scene.cameras[0], &options).channel(0).assert_mean("glass slab", 1.0, 1e-2);
 }
 
 /// Lights found by points drawn on them, weighed against directions drawn from the BSDF, and by the latter alone: every
@@ -333,7 +333,7 @@ fn absorption_follows_beer_and_lambert() {
     let mut scene = scene([(medium, slab)]);
     scene.environment = Some(sky(vec![[1.0; 3]; 2], 2));
     let view = shapes::looking_at("through", DVec3::Z * 3.0, DVec3::ZERO, 0.01);
-    let mean = one_pixel(&scene, &view, 256, 4).grey().mean;
+    let mean = one_pixel(&scene, &view, 256, 4).channel(0).mean;
     assert!((mean - 0.25).abs() < 1e-6, "{mean}");
 }
 
@@ -350,5 +350,5 @@ fn opacity_is_a_probability() {
         direction: Vec3::NEG_Y,
     });
     let picture = one_pixel(&scene, &spot_camera(), 1 << 16, 1);
-    picture.grey().assert_mean("through the sheet twice", 0.75 * 0.75 * 0.5, 5e-3);
+    picture.channel(0).assert_mean("through the sheet twice", 0.75 * 0.75 * 0.5, 5e-3);
 }

@@ -1,5 +1,6 @@
 //! The one integration binary.
 
+mod against_judge;
 mod alias;
 mod bsdf;
 mod bsdf_f64;

@@ -33,39 +33,35 @@ impl Default for Options {
 pub struct Render {
     /// Mean of each pixel's samples.
     pub mean: Vec<DVec3>,
-    /// Statistics over a pixel's samples of the mean of its channels.
-    pub moments: Vec<Moments>,
+    /// Statistics over a pixel's samples, by channel.
+    pub moments: Vec<[Moments; 3]>,
     /// The picture by number of scatterings; its sum is `mean`.
     pub by_scatterings: Vec<Vec<DVec3>>,
 }
 
 impl Render {
-    /// Statistics of the whole picture's mean grey value, over samples.
-    pub fn grey(&self) -> Moments {
-        self.moments.iter().fold(Moments::default(), |all, pixel| all.merge(*pixel))
+    /// Statistics over the samples of all pixels of one channel.
+    pub fn channel(&self, channel: usize) -> Moments {
+        self.moments.iter().fold(Moments::default(), |all, pixel| all.merge(pixel[channel]))
     }
 
     /// Mean grey value of light scattered `scatterings` times.
     pub fn grey_of(&self, scatterings: usize) -> f64 {
         let picture = &self.by_scatterings[scatterings];
-        picture.iter().map(|pixel| grey(*pixel)).sum::<f64>() / picture.len() as f64
+        picture.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f64>() / picture.len() as f64
     }
-}
-
-pub fn grey(color: DVec3) -> f64 {
-    color.element_sum() / 3.0
 }
 
 /// Renders with a box filter of one pixel.
 pub fn render(scene: &Scene, view: &Camera, options: &Options) -> Render {
     let world = World::new(scene);
     let [width, height] = options.resolution;
-    let pixels: Vec<(Vec<DVec3>, Moments)> = (0..width * height)
+    let pixels: Vec<(Vec<DVec3>, [Moments; 3])> = (0..width * height)
         .into_par_iter()
         .map(|pixel| {
             let mut random = Random::new(options.seed, u64::from(pixel));
             let mut sums = vec![DVec3::ZERO; options.max_scatterings + 1];
-            let mut moments = Moments::default();
+            let mut moments = [Moments::default(); 3];
             let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
             for _ in 0..options.samples {
                 let ray = camera::ray(view, options.resolution, corner + random.uniform2());
@@ -76,7 +72,8 @@ pub fn render(scene: &Scene, view: &Camera, options: &Options) -> Render {
                     found: vec![DVec3::ZERO; sums.len()],
                 };
                 path.trace(ray);
-                moments.push(path.found.iter().map(|light| grey(*light)).sum());
+                let light: DVec3 = path.found.iter().sum();
+                moments.iter_mut().zip(light.to_array()).for_each(|(moments, light)| moments.push(light));
                 sums.iter_mut().zip(path.found).for_each(|(sum, light)| *sum += light);
             }
             (sums.into_iter().map(|sum| sum / f64::from(options.samples)).collect(), moments)
