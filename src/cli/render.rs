@@ -9,7 +9,9 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::Exit;
-use super::input::{InputError, SceneArgs, choose_camera, default_output, parse_duration, parse_size};
+use super::input::{
+    InputError, SceneArgs, choose_camera, default_output, parse_crop, parse_duration, parse_size,
+};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
 use crate::film::{Attribute, Picture, exr, png, tev};
@@ -51,8 +53,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
     /// Render only this part: left, top, width, height in pixels.
-    #[arg(long, value_name = "X,Y,W,H", value_delimiter = ',', num_args = 4)]
-    crop: Option<Vec<u32>>,
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    crop: Option<Region>,
     /// Which of the scene's cameras, by name or number.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
@@ -189,7 +191,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     Ok(RenderOptions {
         width,
         height,
-        crop: args.crop.as_ref().map(|c| Region { x: c[0], y: c[1], width: c[2], height: c[3] }),
+        crop: args.crop,
         camera,
         max_depth: args.max_depth,
         seed: args.seed,
