@@ -146,9 +146,11 @@ fn bsdf_eval(s: Surface, w_eye: vec3f, w_light: vec3f) -> vec3f {
     let eye = facing(w_eye, w_eye);
     let light = facing(w_light, w_eye);
     if same_side(eye, light) {
-        let h = normalize(eye + light);
+        // Half the sum's length is the cosine of either to h, and the same whichever comes first.
+        let sum = eye + light;
+        let h = normalize(sum);
         return diffuse_layer(s, eye, light)
-            + facet_reflectance(s, dot(eye, h), w_eye.z)
+            + facet_reflectance(s, 0.5 * dot(sum, h), w_eye.z)
             * (ggx_normals(h, s.alpha) * ggx_visibility(eye, light, s.alpha));
     }
 #if rough_transmission
@@ -172,8 +174,9 @@ fn bsdf_pdf_solid(s: Surface, w_from: vec3f, w_to: vec3f) -> f32 {
     let w_in = facing(w_from, w_from);
     let w_out = facing(w_to, w_from);
     if same_side(w_in, w_out) {
-        let h = normalize(w_in + w_out);
-        let cos_theta = dot(w_in, h);
+        let sum = w_in + w_out;
+        let h = normalize(sum);
+        let cos_theta = 0.5 * dot(sum, h);
         let diffuse = diffuse_select(s, w_in);
         return diffuse * cosine_hemisphere_pdf_solid(w_out.z)
             + (1.0 - diffuse) * reflect_select(s, cos_theta, w_from.z)
