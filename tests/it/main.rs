@@ -13,6 +13,7 @@ mod gltf_file;
 mod gpu;
 mod judge;
 mod layers;
+mod layout;
 mod loader;
 mod loader_bad;
 mod loader_materials;
