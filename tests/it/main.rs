@@ -8,6 +8,7 @@ mod builtin;
 mod device;
 mod environment;
 mod film;
+mod float_probe;
 mod fuzz;
 mod gltf_file;
 mod gpu;
