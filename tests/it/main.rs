@@ -24,3 +24,5 @@ mod reference;
 mod rng;
 mod sampling;
 mod stats;
+mod traversal;
+mod watertight;
