@@ -5,6 +5,7 @@ mod alias;
 mod bsdf;
 mod bsdf_f64;
 mod builtin;
+mod degenerate;
 mod device;
 mod environment;
 mod film;
