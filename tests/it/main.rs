@@ -28,4 +28,5 @@ mod rng;
 mod sampling;
 mod stats;
 mod traversal;
+mod twins;
 mod watertight;
