@@ -179,7 +179,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     let [width, height] = args.size.or(scene.resolution).unwrap_or([1280, 720]);
     let no_limit = args.spp.is_none() && args.time.is_none() && args.error.is_none();
     let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { args.spp };
-    if args.error.is_some_and(|error| !(error > 0.0)) {
+    if args.error.is_some_and(|error| error.is_nan() || error <= 0.0) {
         return Err(InputError::Usage("--error takes a positive number, such as 0.05 for 5 %".into()));
     }
     if args.spp == Some(0) {

@@ -1,5 +1,7 @@
 //! The one integration binary.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where its preparation fails")]
+
 mod against_judge;
 mod alias;
 mod bsdf;

@@ -79,7 +79,7 @@ fn flip_matches_its_authors() {
     let first =
         |x: u32, y: u32| [x as f32 / WIDTH as f32, y as f32 / HEIGHT as f32, ((x * y) % 17) as f32 / 17.0];
     let second = |x: u32, y: u32| {
-        let stripe = if (x + 2 * y) % 7 == 0 { 0.2 } else { 0.0 };
+        let stripe = if (x + 2 * y).is_multiple_of(7) { 0.2 } else { 0.0 };
         let grey = (30..45).contains(&x) && (10..20).contains(&y);
         first(x, y).map(|v| if grey { 0.5 } else { (v * 0.9 + 0.05 + stripe).clamp(0.0, 1.0) })
     };
