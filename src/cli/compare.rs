@@ -87,8 +87,13 @@ impl Metric {
     }
 
     fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+        value_name(&self)
     }
+}
+
+/// The name by which an option's value is known on the command line.
+fn value_name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// The largest value of a metric that passes.
@@ -189,8 +194,8 @@ fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, v
                 NoiseSource::Reference => "variance of the reference, the picture taken as exact",
                 NoiseSource::TileScatter => "scatter of 8x8 tiles",
             };
-            let z = mean.z().map_or_else(String::new, |z| format!("{z:+.2} "));
-            format!("+- {error:.6}: {z}standard errors from 1 ({source})")
+            let z = mean.z().unwrap_or(0.0);
+            format!("+- {error:.6}: {z:+.2} standard errors from 1 ({source})")
         }
     };
     let tiles =
@@ -206,7 +211,7 @@ fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, v
                 format!("{place}; chance over {} tests: {:.2e}", tiles.tests, tiles.p_value),
             )
         });
-    let through = format!("seen through {view:?} at {} EV", args.exposure).to_lowercase();
+    let through = format!("seen through {} at {} EV", value_name(&view), args.exposure);
     let six = |value: f64| format!("{value:.6}");
     println!("picture    {} ({} x {})", args.picture.display(), picture.width, picture.height);
     println!("reference  {}", args.reference.display());

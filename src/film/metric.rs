@@ -49,9 +49,10 @@ pub struct MeanRatio {
 }
 
 impl MeanRatio {
-    /// Standard errors between the ratio and one.
+    /// Standard errors between the ratio and one; infinite for a bias where there is no noise.
     pub fn z(&self) -> Option<f64> {
-        self.standard_error.filter(|&error| error > 0.0).map(|error| (self.ratio - 1.0) / error)
+        let bias = self.ratio - 1.0;
+        self.standard_error.map(|error| if bias == 0.0 { 0.0 } else { bias / error })
     }
 }
 

@@ -192,6 +192,13 @@ fn a_global_bias_is_found_from_any_source() {
 }
 
 #[test]
+fn bias_without_noise_is_infinitely_far_off() {
+    let (picture, reference) = (noise(1, 2.0, 0.0, true), noise(1, 1.0, 0.0, true));
+    assert_eq!(of(&picture, &reference).mean.z(), Some(f64::INFINITY));
+    assert_eq!(of(&reference, &reference).mean.z(), Some(0.0));
+}
+
+#[test]
 fn light_without_noise_is_judged_by_rounding() {
     let mut picture = noise(1, 17.0, 0.0, true);
     let reference = picture.clone();
