@@ -24,6 +24,7 @@ mod loader_materials;
 mod quadrature;
 mod random;
 mod reference;
+mod respawn;
 mod rng;
 mod sampling;
 mod stats;
