@@ -44,6 +44,28 @@ fn add_radiance(path: u32, light: vec3f) {
     radiance[path] += vec4f(light, 0.0);
 }
 
+#if lights
+/// Queues a connection to a light. `reflected`: throughput times f times cosine; `bsdf_pdf`: density of the direction
+/// by the BSDF, roulette included.
+fn connect(
+    path: u32, depth: u32, point: SurfacePoint, reflected: vec3f, bsdf_pdf: f32, sample: LightSample,
+) {
+    let weight = select(balance(sample.pdf_solid, bsdf_pdf), 1.0, sample.is_delta);
+    let through = transmittance(medium_towards(point, sample.direction), sample.distance);
+    let contribution = reflected * through * sample.radiance * (weight / sample.pdf_solid);
+    if !any(contribution != vec3f(0.0)) {
+        return;
+    }
+    let origin = ray_origin(point, sample.direction);
+    var shadow = ShadowRay(origin, path, sample.direction, MAX_FLOAT, contribution, depth);
+    if sample.distance < MAX_FLOAT {
+        shadow.direction = sample.end - origin;
+        shadow.t_max = 1.0 - 0x1p-20;
+    }
+    shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
+}
+#endif
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let index = invocation(id);
@@ -96,47 +118,56 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let key = path_key(ray.path);
     let survives = survival(surface);
 
+    let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
+    var bounce = shading_sample_direction(surface, frame, world_out, u.xyz, true);
+    if u.w >= survives {
+        bounce.pdf_solid = 0.0;
+    }
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
 #if lights
-    if (surface.flags & SURFACE_DELTA) == 0u {
-        let sample = sample_light(
+    var sample: LightSample;
+    if !is_delta {
+        sample = sample_light(
             point,
             random4(key, bounce_dimension(depth, DIMENSION_LIGHT)),
             random4(key, bounce_dimension(depth, DIMENSION_LIGHT_POINT)),
         );
-        if sample.pdf_solid > 0.0 {
-            let f = shading_eval(surface, frame, world_out, sample.direction);
-            let cos_surface = abs(dot(sample.direction, point.world_ng));
-            var weight = 1.0;
-            if !sample.is_delta {
-                let bsdf_pdf = shading_pdf_solid(surface, frame, world_out, sample.direction) * survives;
-                weight = balance(sample.pdf_solid, bsdf_pdf);
+    }
+    // First the light's direction, then the bounce's: one call site for the whole BSDF.
+    for (var turn = select(0u, 1u, sample.pdf_solid == 0.0); turn < 2u; turn++) {
+        let to_light = turn == 0u;
+#else
+    {
+        let to_light = false;
+#endif
+#if lights
+        let direction = select(bounce.w, sample.direction, to_light);
+#else
+        let direction = bounce.w;
+#endif
+        var value: BsdfValue;
+        if !is_delta && (to_light || bounce.pdf_solid > 0.0) {
+            value = shading_evaluate(surface, frame, world_out, direction, true);
+        }
+        let reflected = value.f * abs(dot(direction, point.world_ng));
+#if lights
+        if to_light {
+            if any(value.f > vec3f(0.0)) {
+                connect(ray.path, depth, point, throughput * reflected, value.pdf_solid * survives, sample);
             }
-            let through = transmittance(medium_towards(point, sample.direction), sample.distance);
-            let contribution =
-                throughput * through * f * (cos_surface * weight / sample.pdf_solid) * sample.radiance;
-            if any(contribution != vec3f(0.0)) {
-                let origin = ray_origin(point, sample.direction);
-                var shadow = ShadowRay(origin, ray.path, sample.direction, MAX_FLOAT, contribution, depth);
-                if sample.distance < MAX_FLOAT {
-                    shadow.direction = sample.end - origin;
-                    shadow.t_max = 1.0 - 0x1p-20;
-                }
-                shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
-            }
+            continue;
+        }
+#endif
+        if !is_delta && bounce.pdf_solid > 0.0 {
+            bounce.pdf_solid = value.pdf_solid;
+            bounce.weight = select(vec3f(0.0), reflected / value.pdf_solid, value.pdf_solid > 0.0);
         }
     }
-#endif
 
-    let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
-    if u.w >= survives {
-        return;
-    }
-    let bounce = shading_sample(surface, frame, world_out, u.xyz, true);
     let next_throughput = throughput * bounce.weight / survives;
     if bounce.pdf_solid == 0.0 || !any(next_throughput != vec3f(0.0)) {
         return;
     }
-    let is_delta = (bounce.event & BSDF_DELTA) != 0u;
     paths_out[atomicAdd(&counts.paths_out, 1u)] = PathRay(
         ray_origin(point, bounce.w),
         ray.path,

@@ -166,6 +166,21 @@ pub enum FilmError {
     Viewer { address: String, source: std::io::Error },
 }
 
+impl FilmError {
+    /// True where the user's files or options are at fault, false where writing or a viewer failed.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Input(_)
+            | Self::Sizes { .. }
+            | Self::NonFiniteCompared { .. }
+            | Self::BlackReference
+            | Self::NegativeReference { .. }
+            | Self::MetricUnknown { .. } => true,
+            Self::Write { .. } | Self::NonFinite { .. } | Self::Report { .. } | Self::Viewer { .. } => false,
+        }
+    }
+}
+
 /// Rendering a scene to a picture.
 #[derive(Debug, Error)]
 pub enum RenderError {

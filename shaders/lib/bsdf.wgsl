@@ -13,16 +13,19 @@
 // The BSDF of lib/surface. Contract, for both transport directions:
 //
 // * Directions are unit, in the local frame (z = shading normal), and point away from the surface.
-// * `bsdf_eval(s, w_eye, w_light)` is f for radiance: light comes in along w_light and leaves along w_eye. No
-//   cosine; refraction has its eta^2. Eye and light tracing call the same function with the same roles.
-// * `bsdf_sample(s, w_from, u, from_eye)` draws the other direction; `bsdf_pdf_solid(s, w_from, w_to)` is the
-//   density of that, the same for both transports, roulette not included.
-// * Delta lobes stand alone (SURFACE_DELTA): f and density are then 0 everywhere, and samples are marked.
+// * f is meant for radiance: light comes in along w_light and leaves along w_eye. No cosine; refraction has its
+//   eta^2. Eye and light tracing evaluate the same function; `from_eye` says which of (w_from, w_to) is w_eye.
+// * `bsdf_sample_direction` draws w_to; `bsdf_evaluate` gives f and the density of drawing w_to, which is the same
+//   for both transports, roulette not included.
+// * Delta lobes stand alone (SURFACE_DELTA): f and density are then 0 everywhere, and samples are complete.
 //
 // f = m metal + (1 - m) ((1 - t) (interface + base) + t glass), m = metallic, t = transmission. Metal, interface
 // and glass share one GGX microsurface; base is the diffuse layer below the interface.
 // Features: lambert_only (no microsurface at all); transmission; rough_transmission (where not all of it is
 // delta). Kernels without lambert_only also import bind/ggx_albedo.
+//
+// Drivers inline every call, and what is inlined often compiles slowly: hence one function for value and density,
+// with a single evaluation of each term.
 
 const BSDF_DELTA: u32 = 1u;
 const BSDF_TRANSMISSION: u32 = 2u;
@@ -37,27 +40,11 @@ struct BsdfSample {
     event: u32,
 }
 
-#if lambert_only
-fn bsdf_eval(s: Surface, w_eye: vec3f, w_light: vec3f) -> vec3f {
-    return select(vec3f(0.0), s.base_color * INV_PI, same_side(w_eye, w_light));
+/// f, and the density of drawing w_to when arriving from w_from.
+struct BsdfValue {
+    f: vec3f,
+    pdf_solid: f32,
 }
-
-fn bsdf_pdf_solid(s: Surface, w_from: vec3f, w_to: vec3f) -> f32 {
-    return select(0.0, cosine_hemisphere_pdf_solid(abs(w_to.z)), same_side(w_from, w_to));
-}
-
-fn bsdf_sample(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) -> BsdfSample {
-    var sample: BsdfSample;
-    let w = sample_cosine_hemisphere(u.xy);
-    if !same_side(w, facing(w_from, w_from)) || !any(s.base_color > vec3f(0.0)) {
-        return sample;
-    }
-    sample.w = facing(w, w_from);
-    sample.pdf_solid = cosine_hemisphere_pdf_solid(w.z);
-    sample.weight = s.base_color;
-    return sample;
-}
-#endif
 
 /// w in the frame whose z is on the side of `reference`: the BSDF is the same from both sides but for eta.
 fn facing(w: vec3f, reference: vec3f) -> vec3f {
@@ -69,7 +56,49 @@ fn same_side(a: vec3f, b: vec3f) -> bool {
     return (a.z >= MIN_COS && b.z >= MIN_COS) || (a.z <= -MIN_COS && b.z <= -MIN_COS);
 }
 
-#if !lambert_only
+/// f alone, with its directions by their roles.
+fn bsdf_eval(s: Surface, w_eye: vec3f, w_light: vec3f) -> vec3f {
+    return bsdf_evaluate(s, w_eye, w_light, true).f;
+}
+
+fn bsdf_pdf_solid(s: Surface, w_from: vec3f, w_to: vec3f) -> f32 {
+    return bsdf_evaluate(s, w_from, w_to, true).pdf_solid;
+}
+
+/// A direction with its weight. u.xy choose the direction, u.z the lobe.
+fn bsdf_sample(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) -> BsdfSample {
+    var sample = bsdf_sample_direction(s, w_from, u, from_eye);
+    if sample.pdf_solid == 0.0 || (sample.event & BSDF_DELTA) != 0u {
+        return sample;
+    }
+    let value = bsdf_evaluate(s, w_from, sample.w, from_eye);
+    sample.pdf_solid = value.pdf_solid;
+    sample.weight = select(vec3f(0.0), value.f * (abs(sample.w.z) / value.pdf_solid), value.pdf_solid > 0.0);
+    return sample;
+}
+
+#if lambert_only
+fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> BsdfValue {
+    var value: BsdfValue;
+    if same_side(w_from, w_to) {
+        value.f = s.base_color * INV_PI;
+        value.pdf_solid = cosine_hemisphere_pdf_solid(abs(w_to.z));
+    }
+    return value;
+}
+
+/// As `bsdf_sample`, the weight and any density but 0 left to `bsdf_evaluate`.
+fn bsdf_sample_direction(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) -> BsdfSample {
+    var sample: BsdfSample;
+    let w = sample_cosine_hemisphere(u.xy);
+    if same_side(w, facing(w_from, w_from)) && any(s.base_color > vec3f(0.0)) {
+        sample.w = facing(w, w_from);
+        sample.pdf_solid = 1.0;
+    }
+    return sample;
+}
+#else
+
 /// a / (a + b), 0 where both are.
 fn fraction(a: f32, b: f32) -> f32 {
     if a > 0.0 {
@@ -83,54 +112,15 @@ fn diffuse_share(s: Surface) -> f32 {
     return (1.0 - s.metallic) * (1.0 - s.transmission);
 }
 
-/// What the interface at angle `cos_theta` lets through to the base or back.
-fn interface_transmittance(s: Surface, cos_theta: f32) -> f32 {
-    return max(1.0 - interface_albedo(s, ggx_albedo(cos_theta, s.alpha)), 0.0);
-}
-
-/// Lambert's base below the interface, albedo-scaled: reciprocal, and with the interface it reflects exactly
-/// E + rho (1 - E) <= 1. Kelemen and Szirmay-Kalos 2001, equation 9.
-fn diffuse_layer(s: Surface, w_eye: vec3f, w_light: vec3f) -> vec3f {
-    let through = interface_transmittance(s, w_eye.z) * interface_transmittance(s, w_light.z);
+/// Lambert's base below the interface, albedo-scaled by the table's (a, b) for both directions: reciprocal, and with
+/// the interface it reflects exactly E + rho (1 - E) <= 1. Kelemen and Szirmay-Kalos 2001, equation 9.
+fn diffuse_layer(s: Surface, ab_from: vec2f, ab_to: vec2f) -> vec3f {
+    let through = max(1.0 - interface_albedo(s, ab_from), 0.0) * max(1.0 - interface_albedo(s, ab_to), 0.0);
     return s.base_color * (diffuse_share(s) * INV_PI * s.inv_base_average * through);
 }
 
-/// All that a microfacet reflects when seen from the side of z at `cos_theta` to its normal.
-fn facet_reflectance(s: Surface, cos_theta: f32, z: f32) -> vec3f {
-    let f0 = s.metallic * s.base_color + diffuse_share(s) * s.f0;
-    let f90 = s.metallic + diffuse_share(s) * s.f90;
-    var reflectance = fresnel_schlick(f0, f90, cos_theta);
-#if transmission
-    let transmitting = (1.0 - s.metallic) * s.transmission;
-    if transmitting > 0.0 {
-        reflectance += transmitting * dielectric_reflectance(s, cos_theta, z);
-    }
-#endif
-    return reflectance;
-}
-
-#if transmission
-/// All that a microfacet transmits, tinted once.
-fn facet_transmittance(s: Surface, cos_theta: f32, z: f32) -> vec3f {
-    let transmitting = (1.0 - s.metallic) * s.transmission;
-    return transmitting * (1.0 - dielectric_reflectance(s, cos_theta, z)) * s.base_color;
-}
-#endif
-
-/// Probability that a facet chosen for `w_from` reflects, not transmits. 0 if it does neither.
-fn reflect_select(s: Surface, cos_theta: f32, z: f32) -> f32 {
-    let reflectance = max_component(facet_reflectance(s, cos_theta, z));
-#if transmission
-    let transmittance = max_component(facet_transmittance(s, cos_theta, z));
-    return fraction(reflectance, transmittance);
-#else
-    return fraction(reflectance, 0.0);
-#endif
-}
-
-/// Probability of the diffuse layer when arriving along w (z > 0): by albedos.
-fn diffuse_select(s: Surface, w: vec3f) -> f32 {
-    let ab = ggx_albedo(w.z, s.alpha);
+/// Probability of the diffuse layer when arriving from where the table has `ab`: by albedos.
+fn diffuse_select(s: Surface, ab: vec2f) -> f32 {
     let share = diffuse_share(s);
     let interface_part = interface_albedo(s, ab);
     let diffuse = share * max_component(s.base_color) * max(1.0 - interface_part, 0.0);
@@ -139,146 +129,136 @@ fn diffuse_select(s: Surface, w: vec3f) -> f32 {
     return fraction(diffuse, facets);
 }
 
-fn bsdf_eval(s: Surface, w_eye: vec3f, w_light: vec3f) -> vec3f {
-    if (s.flags & SURFACE_DELTA) != 0u {
-        return vec3f(0.0);
+/// What a microfacet does with light at a cosine to its normal.
+struct Facet {
+    reflectance: vec3f,
+    /// Tinted once.
+    transmittance: vec3f,
+    /// Probability of reflection, not transmission; 0 if it does neither.
+    reflect_select: f32,
+}
+
+/// `cos_near`: on the side the light is on. `cos_glass`: the same, or that on the far side; z tells the side it is on.
+fn facet(s: Surface, cos_near: f32, cos_glass: f32, z: f32) -> Facet {
+    let f0 = s.metallic * s.base_color + diffuse_share(s) * s.f0;
+    let f90 = s.metallic + diffuse_share(s) * s.f90;
+    var result = Facet(fresnel_schlick(f0, f90, cos_near), vec3f(0.0), 0.0);
+#if transmission
+    let transmitting = (1.0 - s.metallic) * s.transmission;
+    if transmitting > 0.0 {
+        let reflectance = dielectric_reflectance(s, cos_glass, z);
+        result.reflectance += transmitting * reflectance;
+        result.transmittance = transmitting * (1.0 - reflectance) * s.base_color;
     }
-    let eye = facing(w_eye, w_eye);
-    let light = facing(w_light, w_eye);
-    if same_side(eye, light) {
-        let h = normalize(eye + light);
-        return diffuse_layer(s, eye, light)
-            + facet_reflectance(s, dot(eye, h), w_eye.z)
-            * (ggx_normals(h, s.alpha) * ggx_visibility(eye, light, s.alpha));
-    }
+#endif
+    result.reflect_select = fraction(max_component(result.reflectance), max_component(result.transmittance));
+    return result;
+}
+
+fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> BsdfValue {
+    var value: BsdfValue;
+    let near = facing(w_from, w_from);
+    let far = facing(w_to, w_from);
+    let reflects = same_side(near, far);
 #if rough_transmission
-    if transmits(s, eye, light) {
-        let n = refractive_indices(s, w_eye.z);
-        let facet = transmission_facet(s, eye, light, n);
-        if facet.h.z > 0.0 {
-            // From outside, where Fresnel's equations are well conditioned.
-            let outside = select(facet.cos_far, facet.cos_near, w_eye.z > 0.0);
-            return facet_transmittance(s, outside, 1.0) * rough_transmission(s, facet, eye, light, n);
+    let crosses = (1.0 - s.metallic) * s.transmission > 0.0 && near.z >= MIN_COS && far.z <= -MIN_COS;
+#else
+    let crosses = false;
+#endif
+    if (s.flags & SURFACE_DELTA) != 0u || !(reflects || crosses) {
+        return value;
+    }
+    // The microfacet that takes one direction to the other: its normal, and the cosine of `near` to it.
+    let sum = near + far;
+    var h = normalize(sum);
+    var cos_near = 0.5 * dot(sum, h);
+    var cos_glass = cos_near;
+    var side = w_from.z;
+#if rough_transmission
+    let n = refractive_indices(s, w_from.z);
+    var crossing: Transmission;
+    if crosses {
+        crossing = transmission_facet(s, near, far, n);
+        h = crossing.h;
+        cos_near = crossing.cos_near;
+        // Of what is known to pass, Fresnel's equations are well conditioned from outside; from inside they end at
+        // the critical angle.
+        cos_glass = select(crossing.cos_far, cos_near, w_from.z > 0.0);
+        side = 1.0;
+        if h.z <= 0.0 {
+            return value;
         }
     }
 #endif
-    return vec3f(0.0);
-}
-
-fn bsdf_pdf_solid(s: Surface, w_from: vec3f, w_to: vec3f) -> f32 {
-    if (s.flags & SURFACE_DELTA) != 0u {
-        return 0.0;
-    }
-    let w_in = facing(w_from, w_from);
-    let w_out = facing(w_to, w_from);
-    if same_side(w_in, w_out) {
-        let h = normalize(w_in + w_out);
-        let cos_theta = dot(w_in, h);
-        let diffuse = diffuse_select(s, w_in);
-        return diffuse * cosine_hemisphere_pdf_solid(w_out.z)
-            + (1.0 - diffuse) * reflect_select(s, cos_theta, w_from.z)
-            * ggx_visible_normals_pdf_solid(w_in, h, s.alpha) / (4.0 * cos_theta);
+    let ab = ggx_albedo(near.z, s.alpha);
+    let diffuse = diffuse_select(s, ab);
+    let split = facet(s, cos_near, cos_glass, side);
+    let normals = ggx_normals(h, s.alpha);
+    let far_up = vec3f(far.xy, abs(far.z));
+    let lobe = normals * ggx_visibility(near, far_up, s.alpha);
+    let facet_pdf = (1.0 - diffuse) * ggx_visible_normals_pdf_solid(near, h, s.alpha);
+    if reflects {
+        value.f = diffuse_layer(s, ab, ggx_albedo(far.z, s.alpha)) + split.reflectance * lobe;
+        value.pdf_solid = diffuse * cosine_hemisphere_pdf_solid(far.z)
+            + facet_pdf * split.reflect_select / (4.0 * cos_near);
     }
 #if rough_transmission
-    if transmits(s, w_in, w_out) {
-        let n = refractive_indices(s, w_from.z);
-        let facet = transmission_facet(s, w_in, w_out, n);
-        if facet.h.z > 0.0 {
-            return (1.0 - diffuse_select(s, w_in)) * (1.0 - reflect_select(s, facet.cos_near, w_from.z))
-                * ggx_visible_normals_pdf_solid(w_in, facet.h, s.alpha) * transmission_jacobian(facet, n);
-        }
+    if crosses {
+        let n_eye = select(n.y, n.x, from_eye);
+        value.f = split.transmittance * (lobe * transmission_factor(crossing, n_eye));
+        value.pdf_solid = facet_pdf * (1.0 - split.reflect_select) * transmission_jacobian(crossing, n);
     }
 #endif
-    return 0.0;
+    return value;
 }
 
-#if rough_transmission
-/// Some light passes from a (z > 0) to b on the other side, neither grazing.
-fn transmits(s: Surface, a: vec3f, b: vec3f) -> bool {
-    return (1.0 - s.metallic) * s.transmission > 0.0 && a.z >= MIN_COS && b.z <= -MIN_COS;
-}
-#endif
-
-/// u.xy choose the direction, u.z the lobe.
-fn bsdf_sample(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) -> BsdfSample {
+/// As `bsdf_sample`; but where the event is not delta, the weight and any density but 0 are left to `bsdf_evaluate`.
+fn bsdf_sample_direction(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) -> BsdfSample {
     var sample: BsdfSample;
-    let w_in = facing(w_from, w_from);
-    if w_in.z < MIN_COS {
+    let near = facing(w_from, w_from);
+    if near.z < MIN_COS {
         return sample;
     }
-    if (s.flags & SURFACE_DELTA) != 0u {
-        return sample_delta(s, w_from, u.z, from_eye);
-    }
-    let diffuse = diffuse_select(s, w_in);
-    var w: vec3f;
-    if u.z < diffuse {
-        w = sample_cosine_hemisphere(u.xy);
-    } else {
-        let h = ggx_sample_visible_normal(w_in, s.alpha, u.xy);
-        let cos_theta = dot(w_in, h);
-        let reflects = u.z - diffuse < (1.0 - diffuse) * reflect_select(s, cos_theta, w_from.z);
-        if reflects {
-            w = 2.0 * cos_theta * h - w_in;
-        }
-#if rough_transmission
-        if !reflects {
-            w = transmitted(s, w_in, h, relative_eta(s, w_from.z));
-            sample.event = BSDF_TRANSMISSION;
-        }
-#endif
-        // Some facets send light below the horizon; it is lost, as the single-scattering model has it.
-        if w.z == 0.0 || (w.z > 0.0) != reflects {
+    let delta = (s.flags & SURFACE_DELTA) != 0u;
+    var diffuse = 0.0;
+    var h = vec3f(0.0, 0.0, 1.0);
+    if !delta {
+        diffuse = diffuse_select(s, ggx_albedo(near.z, s.alpha));
+        if u.z < diffuse {
+            sample.w = facing(sample_cosine_hemisphere(u.xy), w_from);
+            sample.pdf_solid = 1.0;
             return sample;
         }
+        h = ggx_sample_visible_normal(near, s.alpha, u.xy);
     }
-    w = facing(normalize(w), w_from);
-    let pdf_solid = bsdf_pdf_solid(s, w_from, w);
-    if pdf_solid > 0.0 {
-        let w_eye = select(w, w_from, from_eye);
-        let w_light = select(w_from, w, from_eye);
-        sample.w = w;
-        sample.pdf_solid = pdf_solid;
-        sample.weight = bsdf_eval(s, w_eye, w_light) * (abs(w.z) / pdf_solid);
+    let cos_near = dot(near, h);
+    let split = facet(s, cos_near, cos_near, w_from.z);
+    let reflects = u.z - diffuse < (1.0 - diffuse) * split.reflect_select;
+    var w = 2.0 * cos_near * h - near;
+    var chance = split.reflect_select;
+    var weight = split.reflectance;
+#if transmission
+    if !reflects {
+        let eta = relative_eta(s, w_from.z);
+        sample.event = BSDF_TRANSMISSION;
+        chance = 1.0 - split.reflect_select;
+        // Radiance is squeezed by refraction, power is not (Veach 1997, section 5.2).
+        weight = split.transmittance * select(1.0, 1.0 / (eta * eta), from_eye);
+        if delta || (s.flags & SURFACE_VOLUME) != 0u {
+            w = refracted(near, h, eta);
+        } else {
+            w = vec3f(w.xy, -w.z);
+        }
     }
-    return sample;
-}
-
-#if rough_transmission
-/// Where the facet `h` sends what it transmits of `w_in`, z > 0; vec3f(0) if nowhere.
-fn transmitted(s: Surface, w_in: vec3f, h: vec3f, eta: f32) -> vec3f {
-    if (s.flags & SURFACE_VOLUME) != 0u {
-        return refracted(w_in, h, eta);
-    }
-    let mirrored = 2.0 * dot(w_in, h) * h - w_in;
-    return vec3f(mirrored.xy, -mirrored.z);
-}
 #endif
-
-/// Mirror and smooth glass: one direction or two, with probabilities by reflectance.
-fn sample_delta(s: Surface, w_from: vec3f, u_select: f32, from_eye: bool) -> BsdfSample {
-    var sample: BsdfSample;
-    let w_in = facing(w_from, w_from);
-    let reflect = reflect_select(s, w_in.z, w_from.z);
-    if u_select < reflect {
-        sample.w = vec3f(-w_from.xy, w_from.z);
-        sample.pdf_solid = reflect;
-        sample.weight = facet_reflectance(s, w_in.z, w_from.z) / reflect;
-        sample.event = BSDF_DELTA;
+    // Some facets send light to the wrong side; it is lost, as the single-scattering model has it.
+    if w.z == 0.0 || (w.z > 0.0) != reflects || !any(weight > vec3f(0.0)) {
         return sample;
     }
-#if transmission
-    let eta = relative_eta(s, w_from.z);
-    let w = refracted(w_in, vec3f(0.0, 0.0, 1.0), eta);
-    let transmittance = facet_transmittance(s, w_in.z, w_from.z);
-    if w.z < 0.0 && any(transmittance > vec3f(0.0)) {
-        // Radiance is squeezed by refraction, power is not (Veach 1997, section 5.2).
-        let squeeze = select(1.0, 1.0 / (eta * eta), from_eye);
-        sample.w = facing(normalize(w), w_from);
-        sample.pdf_solid = 1.0 - reflect;
-        sample.weight = transmittance * (squeeze / (1.0 - reflect));
-        sample.event = BSDF_DELTA | BSDF_TRANSMISSION;
-    }
-#endif
+    sample.w = facing(normalize(w), w_from);
+    sample.pdf_solid = chance;
+    sample.weight = weight / chance;
+    sample.event |= select(0u, BSDF_DELTA, delta);
     return sample;
 }
 #endif

@@ -74,11 +74,9 @@ fn transmission_jacobian(facet: Transmission, n: vec2f) -> f32 {
     return n.y * n.y * facet.cos_far / facet.length_sq;
 }
 
-/// The rough lobe without its transmittance, the eye on the near side, in the radiance form: Walter et al. 2007,
-/// equation 21.
-fn rough_transmission(s: Surface, facet: Transmission, eye: vec3f, light: vec3f, n: vec2f) -> f32 {
-    let light_up = vec3f(light.xy, -light.z);
-    return 4.0 * n.x * n.x * facet.cos_near * facet.cos_far / facet.length_sq
-        * ggx_normals(facet.h, s.alpha) * ggx_visibility(eye, light_up, s.alpha);
+/// The rough lobe is transmittance D G2 / (4 cos cos) times this, in the radiance form: Walter et al. 2007, equation
+/// 21. `n_eye` is the index on the eye's side.
+fn transmission_factor(facet: Transmission, n_eye: f32) -> f32 {
+    return 4.0 * n_eye * n_eye * facet.cos_near * facet.cos_far / facet.length_sq;
 }
 #endif

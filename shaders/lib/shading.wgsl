@@ -23,37 +23,35 @@ fn sides_agree(cos_shading: f32, cos_geometric: f32) -> bool {
     return min(abs(cos_shading), abs(cos_geometric)) >= MIN_COS && (cos_shading > 0.0) == (cos_geometric > 0.0);
 }
 
-/// f |w_light.ns| / |w_light.ng|: multiply by the geometric cosine at the light's end.
-fn shading_eval(s: Surface, frame: ShadingFrame, world_eye: vec3f, world_light: vec3f) -> vec3f {
-    let eye = to_local(frame.shading, world_eye);
-    let light = to_local(frame.shading, world_light);
-    let light_ng = dot(world_light, frame.geometric_normal);
-    if !sides_agree(eye.z, dot(world_eye, frame.geometric_normal)) || !sides_agree(light.z, light_ng) {
-        return vec3f(0.0);
-    }
-    return bsdf_eval(s, eye, light) * abs(light.z / light_ng);
-}
-
-/// Density of `shading_sample`, in solid angle of `world_to`.
-fn shading_pdf_solid(s: Surface, frame: ShadingFrame, world_from: vec3f, world_to: vec3f) -> f32 {
+/// f |w_light.ns| / |w_light.ng|, to be multiplied by geometric cosines, and the density of `shading_sample`. With
+/// `from_eye`, world_from leads to the eye and world_to to the light.
+fn shading_evaluate(
+    s: Surface, frame: ShadingFrame, world_from: vec3f, world_to: vec3f, from_eye: bool,
+) -> BsdfValue {
     let w_from = to_local(frame.shading, world_from);
     let w_to = to_local(frame.shading, world_to);
-    if !sides_agree(w_from.z, dot(world_from, frame.geometric_normal))
-        || !sides_agree(w_to.z, dot(world_to, frame.geometric_normal)) {
-        return 0.0;
+    let from_ng = dot(world_from, frame.geometric_normal);
+    let to_ng = dot(world_to, frame.geometric_normal);
+    var value: BsdfValue;
+    if sides_agree(w_from.z, from_ng) && sides_agree(w_to.z, to_ng) {
+        value = bsdf_evaluate(s, w_from, w_to, from_eye);
+        value.f *= abs(select(w_from.z / from_ng, w_to.z / to_ng, from_eye));
     }
-    return bsdf_pdf_solid(s, w_from, w_to);
+    return value;
 }
 
-/// Draws a direction: `w` is in world space, `weight` = shading_eval |w.ng| / pdf. See `bsdf_sample`.
-fn shading_sample(s: Surface, frame: ShadingFrame, world_from: vec3f, u: vec3f, from_eye: bool) -> BsdfSample {
+/// Draws a world-space direction. Delta events are complete. Of others only `w` is: their weight is
+/// f |w.ng| / pdf of `shading_evaluate`, which the caller evaluates for other directions too.
+fn shading_sample_direction(
+    s: Surface, frame: ShadingFrame, world_from: vec3f, u: vec3f, from_eye: bool,
+) -> BsdfSample {
     let w_from = to_local(frame.shading, world_from);
     let from_ng = dot(world_from, frame.geometric_normal);
     var absorbed: BsdfSample;
     if !sides_agree(w_from.z, from_ng) {
         return absorbed;
     }
-    var sample = bsdf_sample(s, w_from, u, from_eye);
+    var sample = bsdf_sample_direction(s, w_from, u, from_eye);
     if sample.pdf_solid == 0.0 {
         return absorbed;
     }

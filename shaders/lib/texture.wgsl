@@ -54,7 +54,12 @@ fn sample_texture(slot_index: u32, uv: vec2f) -> vec4f {
     let corner = floor(position);
     let weight = position - corner;
     let at = vec2i(corner);
-    let top = mix(texel(slot, at.x, at.y), texel(slot, at.x + 1, at.y), weight.x);
-    let bottom = mix(texel(slot, at.x, at.y + 1), texel(slot, at.x + 1, at.y + 1), weight.x);
-    return mix(top, bottom, weight.y);
+    // A loop, since a look-up is much code and drivers inline every call.
+    var sum = vec4f(0.0);
+    for (var tap = 0; tap < 4; tap++) {
+        let offset = vec2i(tap & 1, tap >> 1u);
+        let share = select(vec2f(1.0) - weight, weight, offset == vec2i(1));
+        sum += texel(slot, at.x + offset.x, at.y + offset.y) * (share.x * share.y);
+    }
+    return sum;
 }

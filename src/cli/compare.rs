@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::Exit;
 use crate::error::FilmError;
 use crate::film::metric::{self, Comparison, NoiseSource};
 use crate::film::tonemap::View;
@@ -109,17 +110,6 @@ fn parse_limit(text: &str) -> Result<Limit, String> {
     }
 }
 
-/// How a comparison ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// No limit is exceeded.
-    Within,
-    /// A metric exceeds its limit.
-    Beyond,
-    /// Pixels that are NaN or infinite; nothing was compared.
-    NonFinite,
-}
-
 /// A metric beyond its limit, for the report.
 #[derive(Serialize)]
 struct Excess {
@@ -133,7 +123,7 @@ struct Excess {
 /// # Errors
 /// Bad input: a file that cannot be read, different sizes, a black or negative reference, a limit on a metric that the
 /// pictures do not allow; or a heat map that cannot be written.
-pub fn run(args: &CompareArgs) -> Result<Verdict, FilmError> {
+pub fn run(args: &CompareArgs) -> Result<Exit, FilmError> {
     let picture = Picture::read(&args.picture)?;
     let reference = Picture::read(&args.reference)?;
     let is_png =
@@ -143,7 +133,7 @@ pub fn run(args: &CompareArgs) -> Result<Verdict, FilmError> {
     let comparison = match metric::compare(&picture, &reference, view, args.exposure) {
         Err(error @ FilmError::NonFiniteCompared { .. }) => {
             eprintln!("error: {error}");
-            return Ok(Verdict::NonFinite);
+            return Ok(Exit::NonFinite);
         }
         other => other?,
     };
@@ -172,7 +162,7 @@ pub fn run(args: &CompareArgs) -> Result<Verdict, FilmError> {
             println!("heat map of the relative error in {}: {}", path.display(), heatmap::LEGEND);
         }
     }
-    Ok(if beyond.is_empty() { Verdict::Within } else { Verdict::Beyond })
+    Ok(if beyond.is_empty() { Exit::Done } else { Exit::Failed })
 }
 
 fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), FilmError> {

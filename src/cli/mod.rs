@@ -1,7 +1,7 @@
 //! The command line: one file for each subcommand. Results go to stdout, progress and messages to stderr.
 
 mod bench;
-pub mod compare;
+mod compare;
 mod devices;
 mod info;
 mod input;
@@ -52,7 +52,7 @@ pub struct Cli {
 enum Command {
     /// Render a scene to EXR and PNG files.
     Render(Box<render::RenderArgs>),
-    /// Compare a picture with a reference: errors, bias, and a heat map.
+    /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
     Compare(compare::CompareArgs),
     /// Say what a scene contains, what it switches on and what each part costs.
     Info(info::InfoArgs),
@@ -69,11 +69,7 @@ enum Command {
 pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
-        Command::Compare(args) => Ok(match compare::run(args)? {
-            compare::Verdict::Within => Exit::Done,
-            compare::Verdict::Beyond => Exit::Failed,
-            compare::Verdict::NonFinite => Exit::NonFinite,
-        }),
+        Command::Compare(args) => Ok(compare::run(args)?),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Devices => Ok(devices::run()),
@@ -100,7 +96,7 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
     }
     let input = error.is::<SceneError>()
         || error.is::<input::InputError>()
-        || matches!(error.downcast_ref(), Some(FilmError::Input(_)))
+        || error.downcast_ref().is_some_and(FilmError::is_bad_input)
         || error.is::<RenderError>();
     if input { Exit::BadInput } else { Exit::Failed }
 }

@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-/// Observer 0.7 m from a 0.7 m wide screen of 3840 pixels, the paper's default.
-const PIXELS_PER_DEGREE: f64 = 67.0;
+/// Observer 0.7 m from a 0.7 m wide screen of 3840 pixels, the paper's default: about 67.
+const PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
 
 /// Exponent of the colour difference, section 4.1.3.
 const COLOR_EXPONENT: f64 = 0.7;

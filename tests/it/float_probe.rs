@@ -50,7 +50,8 @@ fn n02_arithmetic_within_wgsl_bounds() {
     let outputs: Vec<[u32; 6]> = gpu::map(&[], body, &bits(&inputs));
     let in_ulp = |_: f64, exact: f64| ulp(exact);
     // WGSL 15.7.4: a correctly rounded result may be either neighbour, hence 1. sqrt is 1 / inverseSqrt.
-    let bounds: [(&str, f64, fn(f64, f64) -> f64); 6] = [
+    type Exact = fn(f64, f64) -> f64;
+    let bounds: [(&str, f64, Exact); 6] = [
         ("a + b", 1.0, |a, b| a + b),
         ("a - b", 1.0, |a, b| a - b),
         ("a * b", 1.0, |a, b| a * b),

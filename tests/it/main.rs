@@ -1,10 +1,13 @@
 //! The one integration binary.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where its preparation fails")]
+
 mod against_judge;
 mod alias;
 mod bsdf;
 mod bsdf_f64;
 mod builtin;
+mod compare;
 mod degenerate;
 mod determinism;
 mod device;
@@ -21,6 +24,7 @@ mod layout;
 mod loader;
 mod loader_bad;
 mod loader_materials;
+mod metric;
 mod quadrature;
 mod random;
 mod reference;

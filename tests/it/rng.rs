@@ -71,6 +71,21 @@ fn n17_components_are_independent() {
     }
 }
 
+/// Counters that differ in anything draw different numbers: a seed such as pixel + sample * width would give
+/// neighbours each other's.
+#[test]
+fn n17_no_two_counters_share_numbers() {
+    let key = |pixel, sample| RandomKey { pixel, sample, seed: seed_key(0) };
+    let mut drawn: Vec<[u32; 4]> = (0..1000)
+        .flat_map(|pixel| {
+            (0..100).flat_map(move |sample| (0..4).map(move |d| random4(key(pixel, sample), d).to_array()))
+        })
+        .collect();
+    drawn.sort_unstable();
+    drawn.dedup();
+    assert_eq!(drawn.len(), 400_000);
+}
+
 /// Autocorrelation along each axis at lags 1 to 64.
 #[test]
 fn n17_no_autocorrelation() {

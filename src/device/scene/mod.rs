@@ -65,7 +65,7 @@ impl DeviceScene {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
         }
         if !features.lambert_only {
-            buffers.upload_uniform(context, "ggx_albedo_table", &GgxAlbedo::new().texels)?;
+            buffers.upload(context, "ggx_albedo_table", &GgxAlbedo::new().texels)?;
         }
         lights.upload(context, &mut buffers, &mut constants)?;
         Ok(Self {
