@@ -26,6 +26,16 @@ struct SurfacePoint {
     area: f32,
 }
 
+/// e1 x e2, where e3 = e2 - e1, from the two shorter edges: the product of a sliver's long ones would have few
+/// digits, and rays would leave to the wrong side.
+fn edge_product(e1: vec3f, e2: vec3f, e3: vec3f) -> vec3f {
+    let size = vec3f(dot(e1, e1), dot(e2, e2), dot(e3, e3));
+    if size.z >= max(size.x, size.y) {
+        return cross(e1, e2);
+    }
+    return cross(select(e1, e2, size.x > size.y), e3);
+}
+
 fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
     let v0 = triangles[triangle].v0;
     let v1 = triangles[triangle].v1;
@@ -39,7 +49,7 @@ fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
     let size = max(abs(e1), abs(e2));
     let exponent = bitcast<u32>(max(size.x, max(size.y, size.z))) & 0x7f800000u;
     let scale = bitcast<f32>(0x7f000000u - exponent);
-    let normal = cross(e1 * scale, e2 * scale);
+    let normal = edge_product(e1 * scale, e2 * scale, (v2 - v1) * scale);
     let length = sqrt(dot(normal, normal));
     return SurfacePoint(
         b0 * v0 + b1 * v1 + b2 * v2,

@@ -28,6 +28,7 @@ mod metric;
 mod quadrature;
 mod random;
 mod reference;
+mod respawn;
 mod rng;
 mod sampling;
 mod stats;
