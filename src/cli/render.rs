@@ -161,6 +161,9 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     if args.error.is_some_and(|error| !(error > 0.0)) {
         return Err(InputError::Usage("--error takes a positive number, such as 0.05 for 5 %".into()));
     }
+    if args.spp == Some(0) {
+        return Err(InputError::Usage("--spp takes at least 1 sample a pixel".into()));
+    }
     if args.max_depth == Some(0) {
         return Err(InputError::Usage("--max-depth counts surfaces from 1 (lights seen directly)".into()));
     }
