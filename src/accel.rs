@@ -137,11 +137,13 @@ fn unit_space(scene: &Scene) -> UnitSpace {
     }
     // Half first: the sum of two huge numbers overflows.
     let centre = 0.5 * low + 0.5 * high;
-    let radius = (0.5 * high - 0.5 * low).length();
-    match normalising_exponent(radius) {
-        Some(exponent) => UnitSpace { centre, exponent },
-        None => UnitSpace::default(),
-    }
+    let half = 0.5 * high - 0.5 * low;
+    // Two steps, since the squares in the length of a huge box overflow, and those of a tiny one vanish.
+    let exponent = normalising_exponent(half.max_element()).and_then(|first| {
+        let near_one = half.to_array().map(|side| scale_by_power_of_two(side, first));
+        Some(first + normalising_exponent(DVec3::from_array(near_one).length())?)
+    });
+    exponent.map_or_else(UnitSpace::default, |exponent| UnitSpace { centre, exponent })
 }
 
 fn unit_triangles(scene: &Scene, unit: &UnitSpace) -> (Vec<AccelTriangle>, usize) {

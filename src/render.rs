@@ -216,7 +216,7 @@ impl<'a> Renderer<'a> {
             self.context.wait()?;
             self.samples += samples;
             self.elapsed = before + start.elapsed();
-            if self.samples % SAMPLES_A_FLUSH == 0 {
+            if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
                 let taken = self.integrator.wavefront.take_film(self.context)?;
                 self.sums.add(taken.iter().map(pixel_sums));
             }
@@ -247,7 +247,7 @@ impl<'a> Renderer<'a> {
     /// Host sums and what the device has not handed over yet.
     fn current_sums(&self) -> Result<FilmSums, RenderError> {
         let mut sums = self.sums.clone();
-        if self.samples % SAMPLES_A_FLUSH != 0 {
+        if !self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
             sums.add(self.integrator.wavefront.film(self.context)?.iter().map(pixel_sums));
         }
         Ok(sums)

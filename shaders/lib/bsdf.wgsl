@@ -129,7 +129,7 @@ fn diffuse_select(s: Surface, ab: vec2f) -> f32 {
     return fraction(diffuse, facets);
 }
 
-/// What a microfacet does with light at `cos_theta` to its normal on the side of z.
+/// What a microfacet does with light at a cosine to its normal.
 struct Facet {
     reflectance: vec3f,
     /// Tinted once.
@@ -138,14 +138,15 @@ struct Facet {
     reflect_select: f32,
 }
 
-fn facet(s: Surface, cos_theta: f32, z: f32) -> Facet {
+/// `cos_near`: on the side the light is on. `cos_glass`: the same, or that on the far side; z tells the side it is on.
+fn facet(s: Surface, cos_near: f32, cos_glass: f32, z: f32) -> Facet {
     let f0 = s.metallic * s.base_color + diffuse_share(s) * s.f0;
     let f90 = s.metallic + diffuse_share(s) * s.f90;
-    var result = Facet(fresnel_schlick(f0, f90, cos_theta), vec3f(0.0), 0.0);
+    var result = Facet(fresnel_schlick(f0, f90, cos_near), vec3f(0.0), 0.0);
 #if transmission
     let transmitting = (1.0 - s.metallic) * s.transmission;
     if transmitting > 0.0 {
-        let reflectance = dielectric_reflectance(s, cos_theta, z);
+        let reflectance = dielectric_reflectance(s, cos_glass, z);
         result.reflectance += transmitting * reflectance;
         result.transmittance = transmitting * (1.0 - reflectance) * s.base_color;
     }
@@ -171,6 +172,8 @@ fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> Bsdf
     let sum = near + far;
     var h = normalize(sum);
     var cos_near = 0.5 * dot(sum, h);
+    var cos_glass = cos_near;
+    var side = w_from.z;
 #if rough_transmission
     let n = refractive_indices(s, w_from.z);
     var crossing: Transmission;
@@ -178,6 +181,10 @@ fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> Bsdf
         crossing = transmission_facet(s, near, far, n);
         h = crossing.h;
         cos_near = crossing.cos_near;
+        // Of what is known to pass, Fresnel's equations are well conditioned from outside; from inside they end at
+        // the critical angle.
+        cos_glass = select(crossing.cos_far, cos_near, w_from.z > 0.0);
+        side = 1.0;
         if h.z <= 0.0 {
             return value;
         }
@@ -185,7 +192,7 @@ fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> Bsdf
 #endif
     let ab = ggx_albedo(near.z, s.alpha);
     let diffuse = diffuse_select(s, ab);
-    let split = facet(s, cos_near, w_from.z);
+    let split = facet(s, cos_near, cos_glass, side);
     let normals = ggx_normals(h, s.alpha);
     let far_up = vec3f(far.xy, abs(far.z));
     let lobe = normals * ggx_visibility(near, far_up, s.alpha);
@@ -225,7 +232,7 @@ fn bsdf_sample_direction(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) ->
         h = ggx_sample_visible_normal(near, s.alpha, u.xy);
     }
     let cos_near = dot(near, h);
-    let split = facet(s, cos_near, w_from.z);
+    let split = facet(s, cos_near, cos_near, w_from.z);
     let reflects = u.z - diffuse < (1.0 - diffuse) * split.reflect_select;
     var w = 2.0 * cos_near * h - near;
     var chance = split.reflect_select;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use thiserror::Error;
 
+use crate::integrator::Region;
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Camera, Environment, Projection, Scene, builtin};
 
@@ -71,6 +72,15 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     match parts {
         Some([width, height]) if width > 0 && height > 0 => Ok([width, height]),
         _ => Err("a size is WIDTHxHEIGHT in pixels, such as 1280x720".into()),
+    }
+}
+
+/// A part of a picture as `X,Y,WIDTH,HEIGHT`.
+pub fn parse_crop(text: &str) -> Result<Region, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) => Ok(Region { x, y, width, height }),
+        _ => Err("a part is X,Y,WIDTH,HEIGHT in pixels, such as 0,0,640,360".into()),
     }
 }
 

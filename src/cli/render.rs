@@ -9,10 +9,12 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::Exit;
-use super::input::{InputError, SceneArgs, choose_camera, default_output, parse_duration, parse_size};
+use super::input::{
+    InputError, SceneArgs, choose_camera, default_output, parse_crop, parse_duration, parse_size,
+};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
-use crate::film::{Attribute, Picture, exr, png};
+use crate::film::{Attribute, Picture, exr, png, tev};
 use crate::integrator::Region;
 use crate::render::{Budget, Progress, RenderOptions, Renderer, Report, Stop};
 use crate::scene::Scene;
@@ -51,8 +53,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
     /// Render only this part: left, top, width, height in pixels.
-    #[arg(long, value_name = "X,Y,W,H", value_delimiter = ',', num_args = 4)]
-    crop: Option<Vec<u32>>,
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    crop: Option<Region>,
     /// Which of the scene's cameras, by name or number.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
@@ -74,6 +76,9 @@ pub struct RenderArgs {
     /// Write a report with times, memory, rays and features.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+    /// Show the picture in the tev viewer while it renders (default address 127.0.0.1:14158).
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS)]
+    tev: Option<String>,
     /// Save the picture so far at this interval.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     save_every: Option<Duration>,
@@ -94,6 +99,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     for output in &outputs {
         check_output(output)?;
     }
+    let mut viewer = args.tev.as_deref().map(tev::Viewer::connect).transpose()?;
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
     let camera = choose_camera(&mut scene, args.camera.as_deref())?;
@@ -112,24 +118,39 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let mut renderer = Renderer::new(&context, &scene, options.clone())?;
     let bar = progress_bar(quiet, &options.budget);
     let mut last_line = Instant::now();
-    let mut last_save = Instant::now();
+    let (mut last_save, mut last_view) = (Instant::now(), Instant::now());
+    let title = args.scene.scene.to_string_lossy();
+    let record = Record { args, scene_hash: scene.content_hash(), device: context.describe() };
     let stop = loop {
-        let mut save = false;
+        // A pause of the loop, to save or to show the picture, is no end.
+        let mut pause = false;
         let stop = renderer.run(|progress| {
             show(&bar, progress, &options.budget, &mut last_line, quiet);
-            save = args.save_every.is_some_and(|every| last_save.elapsed() >= every);
-            save || INTERRUPTED.load(Ordering::Relaxed)
+            pause = args.save_every.is_some_and(|every| last_save.elapsed() >= every)
+                || (viewer.is_some() && last_view.elapsed() >= Duration::from_secs(1));
+            pause || INTERRUPTED.load(Ordering::Relaxed)
         })?;
-        if !save || INTERRUPTED.load(Ordering::Relaxed) {
+        if !pause || INTERRUPTED.load(Ordering::Relaxed) {
             break stop;
         }
-        write_all(args, &outputs, &renderer.picture()?, &renderer.report()?, &context)?;
-        last_save = Instant::now();
+        let picture = renderer.picture()?;
+        if let Some(viewer) = &mut viewer {
+            viewer.show(&title, &picture)?;
+            last_view = Instant::now();
+        }
+        if args.save_every.is_some_and(|every| last_save.elapsed() >= every) {
+            record.write(&outputs, picture, &renderer.report()?)?;
+            last_save = Instant::now();
+        }
     };
     bar.finish_and_clear();
 
     let report = renderer.report()?;
-    write_all(args, &outputs, &renderer.picture()?, &report, &context)?;
+    let picture = renderer.picture()?;
+    if let Some(viewer) = &mut viewer {
+        viewer.show(&title, &picture)?;
+    }
+    record.write(&outputs, picture, &report)?;
     if let Some(path) = &args.stats {
         write_stats(path, &report, &context, load_seconds)?;
     }
@@ -158,7 +179,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     let [width, height] = args.size.or(scene.resolution).unwrap_or([1280, 720]);
     let no_limit = args.spp.is_none() && args.time.is_none() && args.error.is_none();
     let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { args.spp };
-    if args.error.is_some_and(|error| !(error > 0.0)) {
+    if args.error.is_some_and(|error| error.is_nan() || error <= 0.0) {
         return Err(InputError::Usage("--error takes a positive number, such as 0.05 for 5 %".into()));
     }
     if args.spp == Some(0) {
@@ -170,7 +191,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     Ok(RenderOptions {
         width,
         height,
-        crop: args.crop.as_ref().map(|c| Region { x: c[0], y: c[1], width: c[2], height: c[3] }),
+        crop: args.crop,
         camera,
         max_depth: args.max_depth,
         seed: args.seed,
@@ -270,37 +291,40 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
     }
 }
 
-fn write_all(
-    args: &RenderArgs,
-    outputs: &[PathBuf],
-    picture: &Picture,
-    report: &Report,
-    context: &Context,
-) -> anyhow::Result<()> {
-    let mut picture = picture.clone();
-    let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
-    let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
-    picture.metadata = vec![
-        text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
-        text("integrator", "path".into()),
-        number("spp", f64::from(report.samples)),
-        number("seconds", report.seconds),
-        number("preprocessingSeconds", 0.0),
-        text("seed", args.seed.to_string()),
-        text("device", context.describe()),
-        text("biased", "no".into()),
-        number("nonFiniteSamples", report.non_finite as f64),
-        text("commandLine", std::env::args().collect::<Vec<_>>().join(" ")),
-    ];
-    for output in outputs {
-        if output.extension().is_some_and(|extension| extension == "png") {
-            png::write(output, &picture, args.view, args.exposure)
-        } else {
-            exr::write(output, &picture)
+/// What a picture's file says about its making, beside the report.
+struct Record<'a> {
+    args: &'a RenderArgs,
+    scene_hash: u64,
+    device: String,
+}
+
+impl Record<'_> {
+    fn write(&self, outputs: &[PathBuf], mut picture: Picture, report: &Report) -> anyhow::Result<()> {
+        let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
+        let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
+        picture.metadata = vec![
+            text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
+            text("integrator", "path".into()),
+            number("spp", f64::from(report.samples)),
+            number("seconds", report.seconds),
+            number("preprocessingSeconds", 0.0),
+            text("seed", self.args.seed.to_string()),
+            text("device", self.device.clone()),
+            text("sceneHash", format!("{:016x}", self.scene_hash)),
+            text("biased", "no".into()),
+            number("nonFiniteSamples", report.non_finite as f64),
+            text("commandLine", std::env::args().collect::<Vec<_>>().join(" ")),
+        ];
+        for output in outputs {
+            if output.extension().is_some_and(|extension| extension == "png") {
+                png::write(output, &picture, self.args.view, self.args.exposure)
+            } else {
+                exr::write(output, &picture)
+            }
+            .with_context(|| format!("the picture was not saved to {}", output.display()))?;
         }
-        .with_context(|| format!("the picture was not saved to {}", output.display()))?;
+        Ok(())
     }
-    Ok(())
 }
 
 fn write_stats(path: &Path, report: &Report, context: &Context, load_seconds: f64) -> anyhow::Result<()> {

@@ -95,7 +95,7 @@ impl Wavefront {
         let mut buffers = std::mem::take(&mut scene.buffers);
         let bytes = |size: usize| u64::from(capacity) * size as u64;
         let path_buffers = ["paths a", "paths b"]
-            .map(|name| buffers.create(context, name, bytes(size_of::<PathRay>())).map(wgpu::Buffer::clone));
+            .map(|name| buffers.create(context, name, bytes(size_of::<PathRay>())).cloned());
         let [path_a, path_b] = path_buffers;
         let (path_a, path_b) = (path_a?, path_b?);
         buffers.create(context, "hits", bytes(size_of::<Hit>()))?;

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Layers from the bottom up; a module may use its own layer and those before it. `error` holds no layer's types.
+/// Layers from the bottom up; a module may use its own layer and those before it.
 const LAYERS: &[&[&str]] = &[
-    &["error", "math"],
+    &["math"],
     &["scene"],
     &["accel"],
     &["device"],
@@ -14,6 +14,9 @@ const LAYERS: &[&[&str]] = &[
     &["render"],
     &["main", "cli", "preview"],
 ];
+
+/// Free for all, and free to name all: each of its enums belongs to one layer.
+const FREE: [&str; 2] = ["lib", "error"];
 
 const MAX_RUST_LINES: usize = 600;
 const MAX_WGSL_LINES: usize = 300;
@@ -109,7 +112,7 @@ fn no_layer_uses_a_higher_one() {
     let mut faults = Vec::new();
     for path in files("src", "rs") {
         let modules = module_path(&path);
-        if modules == ["lib"] {
+        if FREE.contains(&modules[0].as_str()) {
             continue;
         }
         let Some(own) = layer(&modules[0]) else {

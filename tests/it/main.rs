@@ -1,5 +1,7 @@
 //! The one integration binary.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where its preparation fails")]
+
 mod against_judge;
 mod alias;
 mod bsdf;
@@ -8,14 +10,19 @@ mod builtin;
 mod closed_forms;
 mod command;
 mod compare;
+mod degenerate;
+mod determinism;
 mod device;
 mod environment;
 mod film;
+mod film_sums;
+mod float_probe;
 mod fuzz;
 mod gltf_file;
 mod gpu;
 mod judge;
 mod layers;
+mod layout;
 mod loader;
 mod loader_bad;
 mod loader_materials;
@@ -30,3 +37,6 @@ mod sampling;
 mod shots;
 mod specialised;
 mod stats;
+mod traversal;
+mod twins;
+mod watertight;

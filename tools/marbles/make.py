@@ -247,6 +247,8 @@ def marbles(glb, center, rng):
         else:
             glb.add(name, ball, next(glazes), at)
 
+    on_its_head = (DUCK[0] - 0.022 * DUCK_SCALE, 0.092 * DUCK_SCALE + 0.95 * MARBLE, DUCK[2] + 0.014)
+    marble("taken marble", on_its_head, 0.9)
     spacing = 0.0335
     holes = [(i, j) for j in range(-3, 4) for i in range(-3, 4) if abs(i) < 2 or abs(j) < 2]
     empty = {(0, 1), (0, 2)}  # the first move: two steps to the middle, over the one that is gone
@@ -260,8 +262,6 @@ def marbles(glb, center, rng):
     loose = ((-0.19, 0.255, 0.1), (0.035, 0.285, 0.7), (-0.075, 0.27, 0.8), (-0.3, 0.1, 0.65))
     for i, (x, z, kind) in enumerate(loose):
         marble(f"loose marble {i + 1}", (x, MARBLE, z), kind)
-    on_its_head = (DUCK[0] - 0.022 * DUCK_SCALE, 0.092 * DUCK_SCALE + 0.95 * MARBLE, DUCK[2] + 0.014)
-    marble("taken marble", on_its_head, 0.0)
 
 
 def main():

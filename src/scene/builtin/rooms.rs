@@ -42,7 +42,7 @@ pub fn door() -> Scene {
     let floor = stage.lambert("floor", [0.42, 0.27, 0.16]);
     let leaf = stage.lambert("door", [0.55, 0.5, 0.44]);
     let blue = stage.lambert("blue", [0.12, 0.22, 0.5]);
-    let lamp = stage.lamp("lamp", [90.0, 78.0, 60.0]);
+    let lamp = stage.lamp("lamp", [400.0, 340.0, 260.0]);
 
     let shell = shapes::flipped(shapes::cuboid(DVec3::new(-2.4, 0.0, -1.6), DVec3::new(2.4, 2.4, 1.6)));
     stage.add("shell", wall, shell);

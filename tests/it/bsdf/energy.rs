@@ -1,6 +1,7 @@
 //! White furnaces, the albedo table, reciprocity.
 
 use glam::{DVec3, Vec3};
+use halfway::math::ggx_albedo::MARGIN;
 
 use super::white_materials;
 use super::{Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample};
@@ -9,7 +10,7 @@ use crate::random::Stream;
 
 /// Cosines of the furnace's five angles.
 const COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.03];
-const POINTS: usize = 1 << 16;
+const POINTS: usize = 1 << 15;
 
 /// The albedo in f64: the mean weight of the twin's own sampler.
 fn twin_albedo(bsdf: &Bsdf, w: DVec3, from_eye: bool, points: usize) -> DVec3 {
@@ -21,14 +22,16 @@ fn twin_albedo(bsdf: &Bsdf, w: DVec3, from_eye: bool, points: usize) -> DVec3 {
     sum / points as f64
 }
 
-/// Mean weights on the device for every material, both sides, five angles and both transports.
+/// Mean weights on the device for every material, both sides and five angles; both transports where they differ.
 fn device_albedos(materials: &[(&'static str, Factors)]) -> Vec<(&'static str, Config, bool, Vec3)> {
     let us: Vec<Vec3> = even_points(POINTS).into_iter().map(DVec3::as_vec3).collect();
     let mut albedos = Vec::new();
     for (name, material) in materials {
         let angles = COSINES.into_iter().chain(COSINES.map(|c| -c));
         let configs: Vec<(Config, bool)> = angles
-            .flat_map(|cos| [true, false].map(|eye| (Config::new(material, direction(cos, 0.7), eye), eye)))
+            .flat_map(|cos| [true, false].map(|eye| (cos, eye)))
+            .filter(|(cos, eye)| material.volume || (*cos > 0.0) == *eye)
+            .map(|(cos, eye)| (Config::new(material, direction(cos, 0.7), eye), eye))
             .collect();
         let samples = sample(&configs.iter().map(|(config, _)| *config).collect::<Vec<_>>(), &us);
         for ((config, from_eye), samples) in configs.into_iter().zip(samples.chunks_exact(POINTS)) {
@@ -57,7 +60,7 @@ fn c01_furnace_of_white_materials() {
             "lambert" => assert!((albedo - 1.0).abs().max_element() <= 1e-3, "{what}"),
             // Single scattering loses nothing at narrow lobes, and the diffuse layer returns what the interface of
             // an opaque dielectric lets through.
-            "narrow metal" | "dielectric" | "polished dielectric" => {
+            "narrow metal" | "dielectric" | "polished dielectric" | "chalky dielectric" => {
                 assert!((albedo - 1.0).abs().max_element() <= 0.01, "{what}");
             }
             _ => {}
@@ -80,8 +83,7 @@ fn c01_furnace_of_coloured_materials() {
 #[test]
 fn c01_albedo_table() {
     // a + b is the albedo of a metal with f0 = 1, b that of one with f0 = 0.
-    let mut worst = (0.0f64, String::new());
-    let mut below = (0.0f64, String::new());
+    let (mut worst, mut worst_steep, mut below) = (0.0f64, 0.0f64, 0.0f64);
     for roughness in [0.032, 0.04, 0.1, 0.17, 0.3, 0.44, 0.6, 0.77, 0.9, 1.0] {
         for cos in [0.001, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.0] {
             let metal = Factors { metallic: 1.0, roughness, ..DIELECTRIC };
@@ -91,23 +93,19 @@ fn c01_albedo_table() {
             let [full, b] = [white, black].map(|bsdf| twin_albedo(&bsdf, w, true, 1 << 15).x);
             let table = albedo_table().directional(cos, white.alpha());
             for (part, exact) in [full - b, b].into_iter().enumerate() {
-                let error = table[part] - exact;
-                let what =
-                    format!("part {part} at roughness {roughness}, cosine {cos}: {} {exact}", table[part]);
-                if error.abs() > worst.0 {
-                    worst = (error.abs(), what.clone());
+                let error = table[part] - MARGIN * exact;
+                worst = worst.max(error.abs());
+                if cos >= 0.1 {
+                    worst_steep = worst_steep.max(error.abs());
                 }
-                if -error > below.0 {
-                    below = (-error, what);
-                }
+                below = below.max(exact - table[part]);
             }
         }
     }
-    println!(
-        "albedo table: largest error {:.2e} ({}), below {:.2e} ({})",
-        worst.0, worst.1, below.0, below.1
-    );
-    assert!(worst.0 < 5e-3, "{} off by {}", worst.1, worst.0);
+    println!("albedo table off by {worst:.1e}, {worst_steep:.1e} from cosine 0.1, low by {below:.1e}");
+    assert!(worst < 1e-2 && worst_steep < 3e-3, "{worst}, {worst_steep}");
+    // Too low is too much energy.
+    assert!(below < 1e-3, "{below}");
 }
 
 #[test]

@@ -209,8 +209,17 @@ pub fn direction(cos: f64, azimuth: f64) -> Vec3 {
     DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos).as_vec3()
 }
 
-/// Evenly spread points of the unit cube: a Kronecker sequence on the plastic number's powers.
+/// Evenly spread points of the unit cube: Hammersley's.
 pub fn even_points(count: usize) -> Vec<DVec3> {
-    let step = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_3, 0.549_700_477_901_970_2);
-    (0..count).map(|i| (DVec3::splat(0.5) + i as f64 * step).fract()).collect()
+    let radical_inverse = |mut i: usize, base: usize| {
+        let (mut value, mut scale) = (0.0, 1.0);
+        while i > 0 {
+            scale /= base as f64;
+            value += (i % base) as f64 * scale;
+            i /= base;
+        }
+        value
+    };
+    let point = |i| DVec3::new((i as f64 + 0.5) / count as f64, radical_inverse(i, 2), radical_inverse(i, 3));
+    (0..count).map(point).collect()
 }

@@ -6,11 +6,11 @@
 //! drawn on the light) by the balance heuristic: the contribution of a path, divided by the sum of the densities with
 //! which the two ways would have found it.
 
-mod camera;
-mod geometry;
+pub mod camera;
+pub mod geometry;
 mod light;
 mod random;
-mod texture;
+pub mod texture;
 mod tracer;
 mod world;
 

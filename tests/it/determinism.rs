@@ -1,0 +1,116 @@
+//! The same seed gives the same picture, bit for bit, however the work was cut (N-19).
+
+use halfway::film::Picture;
+use halfway::integrator::Region;
+use halfway::render::{Budget, RenderOptions, Renderer};
+use halfway::scene::Scene;
+use halfway::scene::builtin::builtin;
+
+use crate::gpu;
+
+fn options(width: u32, height: u32, samples: u32) -> RenderOptions {
+    let budget = Budget { samples: Some(samples), ..Budget::default() };
+    RenderOptions { width, height, budget, first_hit_layers: true, ..RenderOptions::default() }
+}
+
+fn render(scene: &Scene, options: RenderOptions) -> Picture {
+    let mut renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
+    renderer.run(|_| false).expect("a render");
+    renderer.picture().expect("a picture")
+}
+
+/// Every channel of a picture by its full name, as bits.
+fn channels(picture: &Picture) -> Vec<(String, Vec<u32>)> {
+    let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect();
+    let rgb = (0..3).map(|c| {
+        let values: Vec<f32> = picture.rgb.iter().map(|rgb| rgb[c]).collect();
+        (["R", "G", "B"][c].to_string(), bits(&values))
+    });
+    let layers = picture.layers.iter().flat_map(|layer| {
+        layer.channels.iter().map(move |(name, values)| (layer.full_name(name), bits(values)))
+    });
+    rgb.chain(layers).collect()
+}
+
+#[track_caller]
+fn assert_same(found: &Picture, expected: &Picture, what: &str) {
+    assert_eq!((found.width, found.height), (expected.width, expected.height));
+    for ((name, found), (_, expected)) in channels(found).iter().zip(channels(expected)) {
+        let differing = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
+        assert_eq!(differing, 0, "{what}: {differing} of {} pixels differ in {name}", found.len());
+    }
+}
+
+/// The part of a picture.
+fn part(picture: &Picture, region: &Region) -> Picture {
+    let cut = |index: u32| {
+        let (x, y) = (region.x + index % region.width, region.y + index / region.width);
+        (y * picture.width + x) as usize
+    };
+    let mut cropped = picture.clone();
+    (cropped.width, cropped.height) = (region.width, region.height);
+    cropped.rgb = (0..region.pixels()).map(|index| picture.rgb[cut(index)]).collect();
+    for (_, values) in cropped.layers.iter_mut().flat_map(|layer| &mut layer.channels) {
+        *values = (0..region.pixels()).map(|index| values[cut(index)]).collect();
+    }
+    cropped
+}
+
+/// Between them they have every kind of light, textures, glass, and rough lobes.
+fn scenes() -> [Scene; 2] {
+    ["spheres", "three-lights"].map(|name| builtin(name).expect("a built-in scene"))
+}
+
+#[test]
+fn n19_the_same_seed_gives_the_same_picture() {
+    for scene in scenes() {
+        let first = render(&scene, options(40, 30, 8));
+        assert_same(&render(&scene, options(40, 30, 8)), &first, &scene.name);
+        let other = render(&scene, RenderOptions { seed: 1, ..options(40, 30, 8) });
+        assert!(channels(&other) != channels(&first), "{}: the seed does nothing", scene.name);
+    }
+}
+
+#[test]
+fn n19_a_crop_is_a_part_of_the_whole() {
+    for scene in scenes() {
+        let whole = render(&scene, options(40, 30, 8));
+        for region in
+            [Region { x: 7, y: 11, width: 13, height: 9 }, Region { x: 39, y: 29, width: 1, height: 1 }]
+        {
+            let crop = render(&scene, RenderOptions { crop: Some(region), ..options(40, 30, 8) });
+            assert_same(&crop, &part(&whole, &region), &format!("{} {region:?}", scene.name));
+        }
+    }
+}
+
+/// More pixels than a batch holds on a software device: the batches are cut between pixels.
+#[test]
+fn n19_batches_of_pixels_do_not_show() {
+    let scene = builtin("cornell").expect("a built-in scene");
+    let options = RenderOptions { max_depth: Some(3), first_hit_layers: false, ..options(320, 240, 2) };
+    let whole = render(&scene, options.clone());
+    // Around pixel 65536, where the first batch of 2^16 paths ends.
+    for region in
+        [Region { x: 0, y: 200, width: 320, height: 10 }, Region { x: 200, y: 204, width: 120, height: 2 }]
+    {
+        let crop = render(&scene, RenderOptions { crop: Some(region), ..options.clone() });
+        assert_same(&crop, &part(&whole, &region), &format!("{region:?}"));
+    }
+}
+
+/// A render that is interrupted and taken up again ends where the uninterrupted one does.
+#[test]
+fn n19_runs_can_be_continued() {
+    let scene = builtin("cornell").expect("a built-in scene");
+    let options = RenderOptions { first_hit_layers: false, ..options(24, 24, 100) };
+    let whole = render(&scene, options.clone());
+    for stops in [[20, 64], [63, 65]] {
+        let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");
+        for stop in stops {
+            renderer.run(|progress| progress.samples >= stop).expect("a render");
+        }
+        renderer.run(|_| false).expect("a render");
+        assert_same(&renderer.picture().expect("a picture"), &whole, &format!("stops at {stops:?}"));
+    }
+}

@@ -1,0 +1,116 @@
+//! Sums over many samples stay exact enough: the accumulating kernel, the host's sums, and the loop around them
+//! (N-18).
+
+use glam::{DVec3, Vec3};
+use halfway::device::layout::{Batch, Counts, FilmPixel};
+use halfway::device::{BufferTable, Kernel};
+use halfway::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
+use halfway::render::{Budget, RenderOptions, Renderer};
+use halfway::scene::builtin::shapes::{looking_at, quad};
+use halfway::scene::{Material, Scene};
+
+use crate::gpu;
+
+const PIXELS: u32 = 3;
+
+/// What the device has summed over `samples` samples of every pixel, in batches of at most `batch`.
+fn accumulated(radiance: &[[f32; 4]], samples: u32, batch: u32) -> Vec<FilmPixel> {
+    let context = gpu::context();
+    let kernel = Kernel::new(context, "film_accumulate", &Default::default(), &[]).expect("a kernel");
+    let mut buffers = BufferTable::default();
+    buffers.upload(context, "radiance", radiance).expect("upload");
+    buffers.create(context, "film", u64::from(PIXELS) * size_of::<FilmPixel>() as u64).expect("create");
+    buffers.create(context, "counts", size_of::<Counts>() as u64).expect("create");
+    buffers.upload_uniform(context, "batch", &[Batch::default()]).expect("upload");
+    let bound = kernel.bind(context, &buffers).expect("all buffers named");
+    for first_sample in (0..samples).step_by(batch as usize) {
+        let sample_count = batch.min(samples - first_sample);
+        let batch = Batch { pixel_count: PIXELS, first_sample, sample_count, ..Batch::default() };
+        buffers.write(context, "batch", bytemuck::bytes_of(&batch)).expect("write");
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), PIXELS);
+        context.queue.submit([encoder.finish()]);
+    }
+    let bytes = u64::from(PIXELS) * size_of::<FilmPixel>() as u64;
+    bytemuck::pod_collect_to_vec(&buffers.read(context, "film", bytes).expect("read"))
+}
+
+fn host(pixel: &FilmPixel) -> PixelSums {
+    PixelSums {
+        sum: pixel.sum.map(f64::from),
+        sum_sq: pixel.sum_sq.map(f64::from),
+        count: u64::from(pixel.count),
+        non_finite: u64::from(pixel.non_finite),
+    }
+}
+
+#[test]
+fn n18_sums_of_many_samples_do_not_stall() {
+    const SAMPLES: u32 = 65_536;
+    let value = [0.1f32, 0.3, 1e-3];
+    let radiance = vec![[value[0], value[1], value[2], 0.0]; (PIXELS * SAMPLES_A_FLUSH) as usize];
+    let flushed = accumulated(&radiance, SAMPLES_A_FLUSH, SAMPLES_A_FLUSH);
+    let mut sums = FilmSums::new(PIXELS, 1);
+    for _ in 0..SAMPLES / SAMPLES_A_FLUSH {
+        sums.add(flushed.iter().map(host));
+    }
+    let picture = sums.picture(1.0);
+    for (rgb, pixel) in picture.rgb.iter().zip(&sums.pixels) {
+        assert_eq!(pixel.count, u64::from(SAMPLES));
+        for channel in 0..3 {
+            let relative = f64::from(rgb[channel]) / f64::from(value[channel]) - 1.0;
+            assert!(relative.abs() <= 1e-5, "{relative:e}");
+            // A constant has no variance; rounding may leave a share of the square.
+            let noise = pixel.variance(channel).sqrt() / f64::from(value[channel]);
+            assert!(noise <= 1e-5, "{noise:e}");
+        }
+    }
+    // Without the host's sums the same samples are wrong, or this test would show nothing.
+    let stalled = accumulated(&radiance, SAMPLES, SAMPLES_A_FLUSH)[0];
+    let relative = f64::from(stalled.sum[0]) / f64::from(SAMPLES) / f64::from(value[0]) - 1.0;
+    println!("in f32 alone: {relative:e}");
+    assert!(relative.abs() > 1e-5, "{relative:e}");
+}
+
+#[test]
+fn n18_batches_do_not_show_in_the_sums() {
+    let samples = 64;
+    let radiance: Vec<[f32; 4]> = (0..PIXELS * samples).map(|_| [0.1, 0.7, 1e-9, 0.0]).collect();
+    let whole = accumulated(&radiance, samples, samples);
+    for batch in [1, 7, 33] {
+        assert_eq!(accumulated(&radiance, samples, batch), whole, "batches of {batch}");
+    }
+}
+
+#[test]
+fn n18_samples_that_are_not_finite_are_counted_and_left_out() {
+    let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, 2.0];
+    let radiance: Vec<[f32; 4]> =
+        values.iter().flat_map(|&x| [[x, 1.0, 1.0, 0.0], [1.0, 1.0, x, 0.0], [1.0, x, 1.0, 0.0]]).collect();
+    for pixel in accumulated(&radiance, values.len() as u32, values.len() as u32) {
+        assert_eq!((pixel.count, pixel.non_finite), (2, 3));
+        let mut sum = pixel.sum;
+        sum.sort_by(f32::total_cmp);
+        assert_eq!(sum, [2.0, 2.0, 3.0]);
+    }
+}
+
+/// The loop around it all: a wall that glows with 0.1 and reflects nothing, looked at 8192 times.
+#[test]
+fn n18_the_renderer_takes_the_sums_in_time() {
+    let material = Material { emission: Vec3::splat(0.1), ..Material::lambert("lamp", Vec3::ZERO) };
+    let scene = Scene {
+        materials: vec![material],
+        meshes: vec![quad(DVec3::new(-1.0, -1.0, 0.0), 2.0 * DVec3::X, 2.0 * DVec3::Y)],
+        cameras: vec![looking_at("camera", DVec3::Z, DVec3::ZERO, 30.0)],
+        ..Scene::default()
+    };
+    let budget = Budget { samples: Some(8192), ..Budget::default() };
+    let options = RenderOptions { width: 1, height: 1, max_depth: Some(1), budget, ..Default::default() };
+    let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
+    renderer.run(|_| false).expect("a render");
+    let picture = renderer.picture().expect("a picture");
+    let relative = f64::from(picture.rgb[0][0]) / f64::from(0.1f32) - 1.0;
+    println!("relative error {relative:e}");
+    assert!(relative.abs() <= 1e-6, "{relative:e}");
+}

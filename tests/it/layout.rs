@@ -1,0 +1,230 @@
+//! Host and shader agree: structs and constants that stand on both sides, and every kernel in every form that a
+//! scene can ask for. No device is needed.
+
+use std::collections::{BTreeSet, HashSet};
+
+use halfway::device::layout;
+use halfway::device::shader::{Features, SOURCES, stitch};
+use halfway::scene::SceneFeatures;
+use halfway::scene::builtin::{NAMES, builtin};
+use naga::proc::Layouter;
+use naga::{Literal, Module, TypeInner};
+
+/// Name, size and fields of host structs.
+macro_rules! host_structs {
+    ($($name:ident),* $(,)?) => {
+        [$((stringify!($name), size_of::<layout::$name>(), layout::$name::FIELDS)),*]
+    };
+}
+
+/// Name and value of host constants.
+macro_rules! host_constants {
+    ($($name:ident),* $(,)?) => { [$((stringify!($name), layout::$name)),*] };
+}
+
+const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
+    Triangle,
+    Batch,
+    Camera,
+    PathRay,
+    Hit,
+    ShadowRay,
+    Counts,
+    FilmPixel,
+    Material,
+    TextureSlot,
+    Light,
+    PunctualLight,
+    FirstHitPixel,
+];
+
+const CONSTANTS: &[(&str, u32)] = &host_constants![
+    TRIANGLE_FLIPPED,
+    TRIANGLE_ALPHA,
+    MATERIAL_DELTA,
+    MATERIAL_VOLUME,
+    MATERIAL_DOUBLE_SIDED,
+    MATERIAL_UNLIT,
+    MATERIAL_MASK,
+    TEXTURE_NEAREST,
+    TEXTURE_SRGB,
+    TEXTURE_UV1,
+    LIGHT_TRIANGLE,
+    LIGHT_ENVIRONMENT,
+    LIGHT_POINT,
+    LIGHT_SPOT,
+    LIGHT_DIRECTIONAL,
+];
+
+/// The files with an entry point.
+fn kernels() -> impl Iterator<Item = &'static str> {
+    SOURCES.iter().map(|(name, _)| *name).filter(|name| !name.contains('/'))
+}
+
+/// All kernels with everything on, parsed: together they hold every struct and constant.
+fn full_modules() -> Vec<(&'static str, Module)> {
+    let features = kernel_features(&consistent(|features| with(features, |_| true)));
+    kernels()
+        .map(|name| {
+            (name, stitch(name, &features).expect("directives").validate().expect("a valid kernel").0)
+        })
+        .collect()
+}
+
+/// The word after `prefix` of every line that starts with it in the host's layout.
+fn declared(prefix: &str) -> BTreeSet<&'static str> {
+    include_str!("../../src/device/layout.rs")
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix(prefix))
+        .map(|rest| rest.split([' ', ':']).next().expect("split yields something"))
+        .filter(|name| !name.starts_with('$'))
+        .collect()
+}
+
+#[test]
+fn structs_have_one_layout() {
+    let modules = full_modules();
+    let names: BTreeSet<&str> = STRUCTS.iter().map(|(name, ..)| *name).collect();
+    assert_eq!(names, declared("pub struct "), "a struct of the host without its test");
+    for &(name, size, fields) in STRUCTS {
+        let mut found = 0;
+        for (kernel, module) in &modules {
+            let mut layouter = Layouter::default();
+            layouter.update(module.to_ctx()).expect("laid out by the validator already");
+            for (_, ty) in module.types.iter().filter(|(_, ty)| ty.name.as_deref() == Some(name)) {
+                let TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+                found += 1;
+                let of_shader: Vec<(&str, usize, usize)> = members
+                    .iter()
+                    .map(|member| {
+                        let name = member.name.as_deref().unwrap_or_default();
+                        (name, member.offset as usize, layouter[member.ty].size as usize)
+                    })
+                    .collect();
+                assert_eq!(of_shader, fields, "{name} in {kernel}");
+                assert_eq!(*span as usize, size, "{name} in {kernel}: span");
+            }
+        }
+        assert!(found > 0, "no kernel knows {name}");
+    }
+}
+
+fn constant(module: &Module, name: &str) -> Option<Literal> {
+    let (_, constant) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name))?;
+    match module.global_expressions[constant.init] {
+        naga::Expression::Literal(literal) => Some(literal),
+        _ => None,
+    }
+}
+
+#[test]
+fn constants_have_one_value() {
+    let modules = full_modules();
+    let names: BTreeSet<&str> = CONSTANTS.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, declared("pub const ").difference(&BTreeSet::from(["FIELDS"])).copied().collect());
+    for &(name, value) in CONSTANTS {
+        let found: Vec<Literal> = modules.iter().filter_map(|(_, module)| constant(module, name)).collect();
+        assert!(!found.is_empty(), "no kernel knows {name}");
+        assert!(found.iter().all(|literal| *literal == Literal::U32(value)), "{name}: {found:?}");
+    }
+    // A material's flags become a surface's without a shift.
+    for (surface, material) in
+        [("SURFACE_DELTA", layout::MATERIAL_DELTA), ("SURFACE_VOLUME", layout::MATERIAL_VOLUME)]
+    {
+        let found = modules.iter().find_map(|(_, module)| constant(module, surface));
+        assert_eq!(found, Some(Literal::U32(material)), "{surface}");
+    }
+}
+
+/// The switches with each set to what `on` says of its name.
+fn with(features: &mut SceneFeatures, on: impl Fn(&str) -> bool) {
+    let switches = [
+        ("lambert_only", &mut features.lambert_only),
+        ("transmission", &mut features.transmission),
+        ("rough_transmission", &mut features.rough_transmission),
+        ("absorption", &mut features.absorption),
+        ("alpha", &mut features.alpha),
+        ("textures", &mut features.textures),
+        ("normals", &mut features.normals),
+        ("normal_map", &mut features.normal_map),
+        ("vertex_colors", &mut features.vertex_colors),
+        ("uv0", &mut features.uv0),
+        ("uv1", &mut features.uv1),
+        ("area_lights", &mut features.area_lights),
+        ("unlit", &mut features.unlit),
+        ("punctual_lights", &mut features.punctual_lights),
+        ("environment", &mut features.environment),
+    ];
+    for (name, switch) in switches {
+        *switch = on(name);
+    }
+}
+
+/// Features set by `set`, and what they imply in every scene.
+fn consistent(set: impl Fn(&mut SceneFeatures)) -> SceneFeatures {
+    let mut features = SceneFeatures::default();
+    set(&mut features);
+    features.transmission |= features.rough_transmission | features.absorption;
+    features.lambert_only &= !features.transmission;
+    features.textures |= features.normal_map | features.uv0 | features.uv1;
+    features.uv0 |= features.textures && !features.uv1;
+    features.area_lights |= features.unlit;
+    features
+}
+
+/// What a kernel's `#if` lines see for a scene's features.
+fn kernel_features(features: &SceneFeatures) -> Features {
+    let mut names = features.names();
+    if features.attributes() {
+        names.insert("attributes");
+    }
+    if features.lights() {
+        names.insert("lights");
+    }
+    names
+}
+
+/// Every text once: many combinations make the same one.
+#[derive(Default)]
+struct Validated(HashSet<String>);
+
+impl Validated {
+    fn check(&mut self, features: &SceneFeatures) {
+        for extra in [None, Some("any_hit"), Some("deep_tree")] {
+            let mut features = kernel_features(features);
+            features.extend(extra);
+            for kernel in kernels() {
+                let stitched = stitch(kernel, &features).expect("directives");
+                if self.0.insert(stitched.code.clone())
+                    && let Err(error) = stitched.validate()
+                {
+                    panic!("{kernel} with {features:?}: {error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn s03_kernels_are_valid_for_every_built_in_scene() {
+    let mut validated = Validated::default();
+    for name in NAMES {
+        validated.check(&SceneFeatures::of(&builtin(name).expect("a built-in scene")));
+    }
+}
+
+/// Nothing, each feature alone, each pair, all but each, all.
+#[test]
+fn s03_kernels_are_valid_for_every_toggle() {
+    let names: Vec<&str> = SceneFeatures::default().table().into_iter().map(|(name, _)| name).collect();
+    let mut validated = Validated::default();
+    for a in &names {
+        for b in &names {
+            validated.check(&consistent(|features| with(features, |name| name == *a || name == *b)));
+        }
+        validated.check(&consistent(|features| with(features, |name| name != *a)));
+    }
+    validated.check(&SceneFeatures::default());
+    validated.check(&consistent(|features| with(features, |_| true)));
+    println!("{} texts", validated.0.len());
+}

@@ -1,0 +1,111 @@
+//! The traversal of the renderer, alone: rays in, hits out.
+
+use glam::{DVec3, Vec3};
+use halfway::accel::Accel;
+use halfway::device::layout;
+use halfway::scene::{Material, Mesh, Scene};
+
+use crate::gpu;
+
+/// A ray in unit space over t in (0, `t_max`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Ray {
+    pub origin: Vec3,
+    pub t_max: f32,
+    pub direction: Vec3,
+    pub pad: u32,
+}
+
+impl Ray {
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, t_max: f32::MAX, direction, pad: 0 }
+    }
+}
+
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// A scene of one white material.
+pub fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
+    Scene {
+        materials: vec![Material::lambert("white", Vec3::ONE)],
+        meshes: meshes.into_iter().collect(),
+        ..Scene::default()
+    }
+}
+
+/// A triangle as kernels have it, with material 0.
+pub fn device_triangle(vertices: [Vec3; 3], flipped: bool) -> layout::Triangle {
+    let [v0, v1, v2] = vertices.map(|vertex| vertex.to_array());
+    let material_flags = if flipped { layout::TRIANGLE_FLIPPED } else { 0 };
+    layout::Triangle { v0, material_flags, v1, light: 0, v2, pad: 0 }
+}
+
+/// A kernel that traces each ray; `features` may hold `any_hit`.
+fn run(accel: &Accel, rays: &[Ray], features: &[&'static str]) -> Vec<layout::Hit> {
+    let kernel = format!(
+        "#import lib/traverse
+        struct TestRay {{ origin: vec3f, t_max: f32, direction: vec3f, pad: u32 }}
+        @group(1) @binding(0) var<storage, read> rays: array<TestRay>;
+        @group(1) @binding(1) var<storage, read_write> found: array<RayHit>;
+        @compute @workgroup_size(64)
+        fn main(@builtin(global_invocation_id) id: vec3u) {{
+            let index = id.x + id.y * 65535u * 64u;
+            if index < {}u {{
+                found[index] = trace(rays[index].origin, rays[index].direction, rays[index].t_max);
+            }}
+        }}",
+        rays.len()
+    );
+    let mut features = features.to_vec();
+    // The same rule as the renderer's, with the deep stack for any tree that the ordinary one may not hold.
+    if accel.depth > 16 {
+        features.push("deep_tree");
+    }
+    let triangles: Vec<layout::Triangle> =
+        accel.triangles.iter().map(|t| device_triangle(t.vertices, t.flipped)).collect();
+    let inputs: [(&str, &[u8]); 3] = [
+        ("nodes", bytemuck::cast_slice(&accel.nodes)),
+        ("triangles", bytemuck::cast_slice(&triangles)),
+        ("rays", bytemuck::cast_slice(rays)),
+    ];
+    let bytes = rays.len() * size_of::<layout::Hit>();
+    let output = gpu::run(&kernel, &features, &inputs, &[("found", bytes)], rays.len() as u32);
+    bytemuck::pod_collect_to_vec(&output[0])
+}
+
+/// The closest hit of every ray.
+pub fn closest(accel: &Accel, rays: &[Ray]) -> Vec<layout::Hit> {
+    run(accel, rays, &[])
+}
+
+/// Whether every ray hits anything.
+pub fn any(accel: &Accel, rays: &[Ray]) -> Vec<bool> {
+    run(accel, rays, &["any_hit"]).iter().map(|hit| hit.triangle != NO_TRIANGLE).collect()
+}
+
+/// A sphere of `rings` x `segments` quadrangles between poles, halved into triangles; every vertex shared.
+pub fn uv_sphere(center: DVec3, radius: f64, rings: u32, segments: u32) -> Mesh {
+    let mut positions = vec![center + radius * DVec3::Y, center - radius * DVec3::Y];
+    for ring in 1..rings {
+        let theta = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
+        for segment in 0..segments {
+            let phi = std::f64::consts::TAU * f64::from(segment) / f64::from(segments);
+            let (sin, cos) = theta.sin_cos();
+            positions.push(center + radius * DVec3::new(sin * phi.cos(), cos, sin * phi.sin()));
+        }
+    }
+    let at = |ring: u32, segment: u32| 2 + (ring - 1) * segments + segment % segments;
+    let mut triangles = Vec::new();
+    for segment in 0..segments {
+        triangles.push([0, at(1, segment + 1), at(1, segment)]);
+        triangles.push([1, at(rings - 1, segment), at(rings - 1, segment + 1)]);
+        for ring in 1..rings - 1 {
+            let quad =
+                [at(ring, segment), at(ring, segment + 1), at(ring + 1, segment + 1), at(ring + 1, segment)];
+            triangles.push([quad[0], quad[1], quad[2]]);
+            triangles.push([quad[0], quad[2], quad[3]]);
+        }
+    }
+    Mesh { positions, triangles, ..Mesh::default() }
+}
