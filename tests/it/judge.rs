@@ -11,7 +11,7 @@ use crate::reference::{Options, Render, render};
 use crate::stats::{Moments, assert_equal_tiles, tile_means};
 
 /// A scene of meshes with one material each.
-fn scene<const N: usize>(parts: [(Material, Mesh); N]) -> Scene {
+pub fn scene<const N: usize>(parts: [(Material, Mesh); N]) -> Scene {
     let mut scene = Scene::default();
     for (index, (material, mesh)) in parts.into_iter().enumerate() {
         scene.materials.push(material);
@@ -20,23 +20,23 @@ fn scene<const N: usize>(parts: [(Material, Mesh); N]) -> Scene {
     scene
 }
 
-fn lamp(radiance: f32) -> Material {
+pub fn lamp(radiance: f32) -> Material {
     Material { emission: Vec3::splat(radiance), ..Material::lambert("lamp", Vec3::ZERO) }
 }
 
-fn grey(albedo: f32) -> Material {
+pub fn grey(albedo: f32) -> Material {
     Material::lambert("grey", Vec3::splat(albedo))
 }
 
 /// A horizontal square of side `side` about (0, height, 0) that faces up, or down.
-fn horizontal(side: f64, height: f64, up: bool) -> Mesh {
+pub fn horizontal(side: f64, height: f64, up: bool) -> Mesh {
     let corner = DVec3::new(-0.5 * side, height, -0.5 * side);
     let (x, z) = (DVec3::X * side, DVec3::Z * side);
     if up { shapes::quad(corner, z, x) } else { shapes::quad(corner, x, z) }
 }
 
 /// A camera that sees only the immediate neighbourhood of the origin, from the side.
-fn spot_camera() -> Camera {
+pub fn spot_camera() -> Camera {
     shapes::looking_at("spot", DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, 1e-4_f32)
 }
 

@@ -1,0 +1,210 @@
+//! `halfway render` as a user runs it: how it ends, what it says, and what it leaves behind.
+
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use halfway::film::{Attribute, Picture};
+use serde_json::json;
+
+use crate::gltf_file::GltfFile;
+
+/// A folder to run in.
+struct Case {
+    folder: tempfile::TempDir,
+}
+
+impl Case {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a folder") }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, program: impl AsRef<OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir(self.folder.path()).env_remove("RUST_LOG");
+        command
+    }
+
+    /// Runs `halfway` with arguments separated by spaces.
+    fn run(&self, arguments: &str) -> Run {
+        let mut command = self.command(env!("CARGO_BIN_EXE_halfway"));
+        Run::of(command.args(arguments.split_whitespace()).output().expect("halfway runs"))
+    }
+
+    fn write(&self, name: &str, file: &GltfFile) {
+        std::fs::write(self.path(name), file.gltf()).expect("a writable folder");
+    }
+
+    /// The picture at the default name.
+    fn picture(&self, name: &str) -> Picture {
+        let picture = Picture::read(&self.path(name)).expect("a valid picture");
+        assert!(picture.rgb.iter().flatten().all(|value| value.is_finite()));
+        picture
+    }
+
+    fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path()).expect("the folder");
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// How a run ended and what it said on stderr.
+struct Run {
+    code: Option<i32>,
+    said: String,
+}
+
+impl Run {
+    fn of(output: Output) -> Self {
+        Self { code: output.status.code(), said: String::from_utf8_lossy(&output.stderr).into_owned() }
+    }
+
+    /// Asserts the exit code and that every phrase was said, in a message and not in a panic.
+    #[track_caller]
+    fn assert(&self, code: i32, phrases: &[&str]) {
+        assert_eq!(self.code, Some(code), "{}", self.said);
+        assert!(!self.said.contains("panicked"), "{}", self.said);
+        for phrase in phrases {
+            assert!(self.said.contains(phrase), "'{phrase}' not in\n{}", self.said);
+        }
+    }
+}
+
+fn is_black(picture: &Picture) -> bool {
+    picture.rgb.iter().flatten().all(|&value| value == 0.0)
+}
+
+#[test]
+fn r07_usage_that_makes_no_sense_is_refused() {
+    let case = Case::new();
+    for (arguments, phrase) in [
+        ("--spp 0", "--spp"),
+        ("--size 16x16 --max-depth 0", "--max-depth"),
+        ("--size 0x4", "size"),
+        ("--size 16x16 --crop 12,0,8,8", "--crop"),
+        ("--size 16x16 --crop 0,0,0,8", "--crop"),
+        ("--error 0", "--error"),
+        ("--size 16x16 --camera 7", "no camera 7"),
+        ("--size 16x16 --output picture.jpg", "picture.jpg"),
+        ("--size 16x16 --env missing.exr", "missing.exr"),
+    ] {
+        let run = case.run(&format!("render builtin:cornell {arguments}"));
+        run.assert(2, &[phrase]);
+        assert!(case.files().is_empty(), "{arguments} left {:?}", case.files());
+    }
+    case.run("render missing.glb").assert(2, &["missing.glb"]);
+    case.run("render builtin:nowhere").assert(2, &["nowhere", "cornell"]);
+    case.run("render builtin:cornell --spp 1 --device nosuch").assert(4, &["nosuch", "there are"]);
+    case.run("render").assert(2, &["SCENE"]);
+}
+
+#[test]
+fn r07_scenes_with_nothing_in_them() {
+    let case = Case::new();
+    let options = "--spp 4 --size 8x8 -o out.exr";
+    case.write("empty.gltf", &GltfFile::empty());
+    case.run(&format!("render empty.gltf {options}")).assert(0, &["no triangles", "no light", "no camera"]);
+    assert!(is_black(&case.picture("out.exr")));
+
+    case.write("dark.gltf", &GltfFile::triangle());
+    case.run(&format!("render dark.gltf {options}")).assert(0, &["no light", "no camera"]);
+    assert!(is_black(&case.picture("out.exr")));
+
+    let mut bright = GltfFile::triangle();
+    bright.material(json!({"emissiveFactor": [1, 0.5, 0.25], "doubleSided": true}));
+    case.write("bright.gltf", &bright);
+    let run = case.run(&format!("render bright.gltf {options}"));
+    run.assert(0, &["no camera"]);
+    assert!(!run.said.contains("no light"), "{}", run.said);
+    let picture = case.picture("out.exr");
+    assert!(picture.rgb.contains(&[1.0, 0.5, 0.25]), "the triangle fills some pixel");
+
+    case.run("render builtin:cornell --spp 4 --size 1x1 -o out.exr").assert(0, &[]);
+    let picture = case.picture("out.exr");
+    assert_eq!((picture.width, picture.height), (1, 1));
+    assert!(!is_black(&picture));
+}
+
+#[test]
+fn r07_the_same_command_makes_the_same_picture() {
+    let case = Case::new();
+    let render = |output: &str, seed: u32| {
+        let run = case.run(&format!("render builtin:cornell --spp 8 --size 16x16 --seed {seed} -o {output}"));
+        run.assert(0, &["device: "]);
+    };
+    render("a.exr", 0);
+    render("b.exr", 0);
+    render("c.exr", 1);
+    case.run("compare a.exr b.exr --fail-above mape=0").assert(0, &[]);
+    case.run("compare a.exr c.exr --fail-above mape=0.001").assert(1, &[]);
+    let picture = case.picture("a.exr");
+    assert_eq!(picture.attribute("spp"), Some(&Attribute::Number(8.0)));
+    assert_eq!(picture.attribute("nonFiniteSamples"), Some(&Attribute::Number(0.0)));
+}
+
+#[test]
+fn r07_an_error_that_is_not_met_ends_with_3() {
+    let case = Case::new();
+    let command = "render builtin:cornell --size 8x8 --spp 64 -o out.exr";
+    case.run(&format!("{command} --error 1e-6")).assert(3, &["64 spp", "--spp reached"]);
+    assert!(!is_black(&case.picture("out.exr")));
+    case.run(&format!("{command} --error 0.9")).assert(0, &["--error reached"]);
+}
+
+/// A disk that is full, a place that is none, and a file that grows past what is allowed: the reason is told, what was
+/// there stays, and nothing is left beside it.
+#[test]
+#[cfg(target_os = "linux")]
+fn r04_a_picture_that_cannot_be_written() {
+    let case = Case::new();
+    let command = "render builtin:cornell --spp 1 --size 256x256";
+    std::os::unix::fs::symlink("/dev/full", case.path("full.exr")).expect("a link");
+    case.run(&format!("{command} -o full.exr")).assert(1, &["os error 28", "full.exr"]);
+    case.run(&format!("{command} -o no/such/place.exr")).assert(1, &["no/such/place.exr"]);
+    std::fs::remove_file(case.path("full.exr")).expect("the link");
+
+    std::fs::write(case.path("good.exr"), b"the good old file").expect("a writable folder");
+    // The shell's limit on the size of files, 64 or 128 KiB; without the signal, writing past it is an error.
+    let script = format!("trap '' XFSZ; ulimit -f 128; exec \"$0\" {command} -o good.exr");
+    let mut shell = case.command("sh");
+    let run = Run::of(shell.args(["-c", &script, env!("CARGO_BIN_EXE_halfway")]).output().expect("a shell"));
+    run.assert(1, &["os error 27", "good.exr", "left as it was"]);
+    assert_eq!(std::fs::read(case.path("good.exr")).expect("the old file"), b"the good old file");
+    assert_eq!(case.files(), ["good.exr"]);
+}
+
+/// Ctrl-C: the picture so far is saved whole, and the exit code says what happened.
+#[test]
+#[cfg(unix)]
+fn r05_an_interrupted_render_is_saved() {
+    let case = Case::new();
+    let mut command = case.command(env!("CARGO_BIN_EXE_halfway"));
+    // The first save says that the render has begun.
+    let arguments = "render builtin:cornell --size 16x16 --spp 100000000 --save-every 10ms -o out.exr";
+    let child = command.args(arguments.split(' ')).stderr(Stdio::piped()).stdout(Stdio::null()).spawn();
+    let child = child.expect("halfway runs");
+    let start = Instant::now();
+    while !case.path("out.exr").exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no picture after a minute");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    Run::of(child.wait_with_output().expect("an end")).assert(130, &["interrupted"]);
+    let picture = case.picture("out.exr");
+    assert!(!is_black(&picture));
+    let Some(Attribute::Number(samples)) = picture.attribute("spp") else { panic!("no spp") };
+    assert!(*samples >= 1.0 && *samples < 1e8, "{samples}");
+    let counts = picture.channel("samples", "Y").expect("a sample count");
+    assert!(counts.iter().all(|&count| f64::from(count) == *samples), "{counts:?} are not {samples}");
+    assert_eq!(case.files(), ["out.exr"]);
+}

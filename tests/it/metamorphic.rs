@@ -1,0 +1,198 @@
+//! Changes of a scene that must not change its picture, or must change it in a known way.
+
+use glam::{DVec3, Vec3};
+use halfway::film::Picture;
+use halfway::render::RenderOptions;
+use halfway::scene::builtin::{builtin, closed, shapes};
+use halfway::scene::{Camera, Material, Mesh, Projection, Scene};
+
+use crate::shots::{assert_same_light, options, render};
+
+const SIZE: [u32; 2] = [16, 16];
+
+fn scene(name: &str) -> Scene {
+    builtin(name).expect("a built-in scene")
+}
+
+/// The picture with all layers; `samples` is not a multiple of the film's period, so both of its levels take part.
+fn picture(scene: &Scene) -> Picture {
+    render(scene, RenderOptions { first_hit_layers: true, ..options(SIZE, 24) }).picture
+}
+
+fn power(k: i32) -> f32 {
+    2f32.powi(k)
+}
+
+/// Glass that absorbs, so that a length enters the light's transport.
+fn absorbing_spheres() -> Scene {
+    let mut scene = scene("spheres");
+    for material in scene.materials.iter_mut().filter(|material| material.volume) {
+        material.attenuation_distance = 0.7;
+        material.attenuation_color = Vec3::new(0.9, 0.5, 0.2);
+    }
+    scene
+}
+
+/// The parallel camera first: its width is a length too.
+fn parallel_plates() -> Scene {
+    let mut scene = closed::plates();
+    scene.cameras.swap(0, 1);
+    scene
+}
+
+fn scaled(scene: &Scene, k: i32) -> Scene {
+    let mut scene = scene.clone();
+    let factor = 2f64.powi(k);
+    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(|position| *position *= factor);
+    for camera in &mut scene.cameras {
+        camera.position *= factor;
+        if let Projection::Orthographic { xmag, ymag } = &mut camera.projection {
+            *xmag *= power(k);
+            *ymag *= power(k);
+        }
+    }
+    scene.materials.iter_mut().for_each(|material| material.attenuation_distance *= power(k));
+    scene
+}
+
+#[test]
+fn c20_scale_changes_no_bit() {
+    for scene in [scene("cornell"), absorbing_spheres(), scene("bumpy-plane"), parallel_plates()] {
+        let original = picture(&scene);
+        for k in [-60, -20, 20, 60] {
+            let picture = picture(&scaled(&scene, k));
+            assert_eq!(picture.rgb, original.rgb, "{} times 2^{k}", scene.name);
+            let depth = |picture: &Picture| picture.channel("depth", "Z").expect("a depth layer").to_vec();
+            let expected: Vec<f32> = depth(&original).iter().map(|z| z * power(k)).collect();
+            assert_eq!(depth(&picture), expected, "depth of {} times 2^{k}", scene.name);
+        }
+    }
+}
+
+fn brightened(scene: &Scene, k: i32) -> Scene {
+    let mut scene = scene.clone();
+    scene.materials.iter_mut().for_each(|material| material.emission *= power(k));
+    scene.lights.iter_mut().for_each(|light| light.intensity *= power(k));
+    if let Some(environment) = &mut scene.environment {
+        environment.texels.as_flattened_mut().iter_mut().for_each(|texel| *texel *= power(k));
+    }
+    scene
+}
+
+#[test]
+fn c21_exposure_changes_no_bit() {
+    for scene in [scene("cornell"), absorbing_spheres(), scene("three-lights")] {
+        let original = picture(&scene);
+        for k in [-100, -60, -1, 1, 60, 100] {
+            let picture = picture(&brightened(&scene, k));
+            let expected: Vec<[f32; 3]> = original.rgb.iter().map(|rgb| rgb.map(|c| c * power(k))).collect();
+            assert!(expected.iter().flatten().all(|&c| c == 0.0 || c.is_normal()), "f32 can hold it");
+            assert_eq!(picture.rgb, expected, "{} times 2^{k}", scene.name);
+        }
+    }
+}
+
+/// On multiples of 2^-20, so that moving by a multiple of that is exact in f64.
+fn snapped(mut scene: Scene) -> Scene {
+    let snap = |point: &mut DVec3| *point = (*point * 2f64.powi(20)).round() * 2f64.powi(-20);
+    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(snap);
+    scene.cameras.iter_mut().for_each(|camera| snap(&mut camera.position));
+    scene.lights.iter_mut().for_each(|light| snap(&mut light.position));
+    scene
+}
+
+fn moved(scene: &Scene, by: DVec3) -> Scene {
+    let mut scene = scene.clone();
+    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(|position| *position += by);
+    scene.cameras.iter_mut().for_each(|camera| camera.position += by);
+    scene.lights.iter_mut().for_each(|light| light.position += by);
+    scene
+}
+
+#[test]
+fn c22_place_changes_no_bit() {
+    for scene in [scene("cornell"), scene("three-lights")].map(snapped) {
+        let original = picture(&scene);
+        for by in [DVec3::X * 2f64.powi(10), DVec3::new(-1.0, 0.75, 3.0) * 2f64.powi(20)] {
+            let picture = picture(&moved(&scene, by));
+            assert_eq!(picture.rgb, original.rgb, "{} moved by {by}", scene.name);
+        }
+    }
+    // Where the move rounds the vertices, to 2^-33 of the scene's size, paths may part ways, but not in the mean.
+    let cornell = scene("cornell");
+    let far = render(&moved(&cornell, DVec3::splat(1e6)), options([32, 32], 64)).picture;
+    let near = render(&cornell, RenderOptions { seed: 1, ..options([32, 32], 64) }).picture;
+    assert_same_light("cornell 1e6 away", &far, &near);
+}
+
+/// Cornell's box without texture coordinates, which nothing there reads.
+fn cornell() -> Scene {
+    let mut scene = scene("cornell");
+    scene.meshes.iter_mut().for_each(|mesh| mesh.uvs = [None, None]);
+    scene
+}
+
+/// Every triangle in four, at the middles of its edges.
+fn in_four(mesh: &Mesh) -> Mesh {
+    let mut split = Mesh { triangles: Vec::new(), positions: Vec::new(), ..mesh.clone() };
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
+        let first = split.positions.len() as u32;
+        split.positions.extend([a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]);
+        let triangles = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+        split.triangles.extend(triangles.map(|triangle| triangle.map(|corner| corner + first)));
+    }
+    split
+}
+
+/// The coordinates in another order, which is a rotation.
+fn axes_permuted(mut scene: Scene) -> Scene {
+    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(|p| *p = DVec3::new(p.z, p.x, p.y));
+    for Camera { position, right, up, forward, .. } in &mut scene.cameras {
+        *position = DVec3::new(position.z, position.x, position.y);
+        for axis in [right, up, forward] {
+            *axis = Vec3::new(axis.z, axis.x, axis.y);
+        }
+    }
+    scene
+}
+
+#[test]
+fn c23_rearranged_scenes_have_the_same_light() {
+    let original = render(&cornell(), options([32, 32], 192)).picture;
+    let again = |what: &str, scene: &Scene| {
+        let options = RenderOptions { seed: 1, ..options([32, 32], 192) };
+        assert_same_light(what, &render(scene, options).picture, &original);
+    };
+    again("another seed", &cornell());
+
+    let mut permuted = cornell();
+    permuted.meshes.reverse();
+    for mesh in &mut permuted.meshes {
+        mesh.triangles.reverse();
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.rotate_left(1));
+    }
+    again("triangles in another order", &permuted);
+
+    let mut split = cornell();
+    split.meshes.iter_mut().for_each(|mesh| *mesh = in_four(mesh));
+    again("every triangle in four", &split);
+
+    let mut lamp_in_four = cornell();
+    let lamp = lamp_in_four.meshes.iter_mut().find(|mesh| mesh.name == "lamp").expect("a lamp");
+    *lamp = in_four(lamp);
+    again("the lamp in four", &lamp_in_four);
+
+    // As strong as the lamp that is seen, inside the tall block.
+    let mut sealed = cornell();
+    let material = sealed.materials.len() as u32;
+    sealed
+        .materials
+        .push(Material { emission: Vec3::splat(12.0), ..Material::lambert("sealed", Vec3::splat(0.5)) });
+    let corner = DVec3::new(-0.44, 0.6, -0.44);
+    let quad = shapes::quad(corner, DVec3::X * 0.2, DVec3::Z * 0.2);
+    sealed.meshes.push(Mesh { name: "sealed".into(), material, ..quad });
+    again("a lamp that nobody sees", &sealed);
+
+    again("axes in another order", &axes_permuted(cornell()));
+}

@@ -1,0 +1,249 @@
+//! Kernels hold what the scene requires and nothing else: too much changes nothing (S-01), too little is seen (S-02),
+//! and what is required follows from the scene (S-03).
+
+use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
+use halfway::render::RenderOptions;
+use halfway::scene::builtin::{builtin, shapes};
+use halfway::scene::{
+    AlphaMode, Environment, Filter, Image, LightKind, Material, Mesh, PunctualLight, Scene, SceneFeatures,
+    Texture, TextureRef, Wrap,
+};
+
+use crate::judge::{grey, lamp, scene};
+use crate::shots::{assert_same_light, options, render, try_render};
+
+const SIZE: [u32; 2] = [16, 16];
+
+/// A switch by its name.
+fn switch<'a>(features: &'a mut SceneFeatures, name: &str) -> &'a mut bool {
+    match name {
+        "lambert_only" => &mut features.lambert_only,
+        "transmission" => &mut features.transmission,
+        "rough_transmission" => &mut features.rough_transmission,
+        "absorption" => &mut features.absorption,
+        "alpha" => &mut features.alpha,
+        "textures" => &mut features.textures,
+        "normals" => &mut features.normals,
+        "normal_map" => &mut features.normal_map,
+        "vertex_colors" => &mut features.vertex_colors,
+        "uv0" => &mut features.uv0,
+        "uv1" => &mut features.uv1,
+        "area_lights" => &mut features.area_lights,
+        "unlit" => &mut features.unlit,
+        "punctual_lights" => &mut features.punctual_lights,
+        "environment" => &mut features.environment,
+        _ => panic!("{name} is a feature without a test"),
+    }
+}
+
+/// Kernels for everything there is.
+fn everything() -> SceneFeatures {
+    let mut features = SceneFeatures::default();
+    for (name, _) in SceneFeatures::default().table() {
+        *switch(&mut features, name) = name != "lambert_only";
+    }
+    features
+}
+
+#[test]
+fn s01_general_kernels_make_the_same_picture() {
+    for name in ["cornell", "three-lights", "spheres", "bumpy-plane", "glass-slab"] {
+        let scene = builtin(name).expect("a built-in scene");
+        let special = render(&scene, options(SIZE, 64)).picture;
+        let general = RenderOptions { features: Some(everything()), ..options(SIZE, 64) };
+        let general = render(&scene, general).picture;
+        let pairs = || general.rgb.iter().flatten().zip(special.rgb.iter().flatten());
+        let differ = pairs().filter(|&(a, b)| (a - b).abs() > 1e-4 * a.abs().max(b.abs())).count();
+        let share = differ as f64 / pairs().count() as f64;
+        let sum = |rgb: &[[f32; 3]]| rgb.iter().flatten().map(|&c| f64::from(c)).sum::<f64>();
+        let mean = sum(&general.rgb) / sum(&special.rgb) - 1.0;
+        println!(
+            "{name}: {:.2} % of the values differ by more than 1e-4, means by {mean:.1e}",
+            100.0 * share
+        );
+        if share <= 1e-3 {
+            assert!(mean.abs() <= 1e-5, "{name}: means differ by {mean:e}");
+        } else {
+            // Rounding sent some paths another way; then only statistics can tell, with samples of their own.
+            let again = RenderOptions { seed: 1, features: Some(everything()), ..options(SIZE, 256) };
+            let special = render(&scene, options(SIZE, 256)).picture;
+            assert_same_light(name, &render(&scene, again).picture, &special);
+        }
+    }
+}
+
+/// A sky that fades from 1 overhead to 0 underneath.
+fn fading_sky() -> Environment {
+    let texels = vec![[1.0; 3], [0.0; 3]];
+    Environment { name: String::new(), width: 1, height: 2, texels, scale: 1.0, rotation: 0.0 }
+}
+
+fn floor() -> Mesh {
+    shapes::quad(DVec3::new(-1.0, 0.0, -1.0), DVec3::Z * 2.0, DVec3::X * 2.0)
+}
+
+/// A floor under a light from straight above, seen from above at an angle.
+fn under_the_sun(material: Material, mesh: Mesh) -> Scene {
+    let mut scene = scene([(material, mesh)]);
+    scene.lights.push(PunctualLight {
+        name: "sun".into(),
+        kind: LightKind::Directional,
+        intensity: Vec3::ONE,
+        position: DVec3::ZERO,
+        direction: Vec3::NEG_Y,
+    });
+    scene.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
+    scene
+}
+
+/// A slab between the camera and a lamp that fills the view.
+fn before_a_lamp(material: Material) -> Scene {
+    let slab = shapes::cuboid(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.5));
+    let back = shapes::quad(DVec3::new(-2.0, -2.0, -1.0), DVec3::X * 4.0, DVec3::Y * 4.0);
+    let mut scene = scene([(material, slab), (lamp(1.0), back)]);
+    scene.cameras.push(shapes::looking_at("front", DVec3::Z * 3.0, DVec3::ZERO, 20.0));
+    scene
+}
+
+fn glass(roughness: f32) -> Material {
+    Material { metallic: 0.0, transmission: 1.0, volume: true, roughness, ..Material::default() }
+}
+
+/// A floor whose left half is black, by a texture through one of the two sets of coordinates.
+fn half_black(uv_set: u32) -> Scene {
+    let mut mesh = floor();
+    if uv_set == 1 {
+        mesh.uvs.swap(0, 1);
+    }
+    let texture = TextureRef { texture: 0, uv_set, transform: Affine2::IDENTITY };
+    let material = Material { base_color_texture: Some(texture), ..grey(0.8) };
+    with_picture(under_the_sun(material, mesh), 2, vec![[0, 0, 0, 255], [255; 4]])
+}
+
+fn with_picture(mut scene: Scene, width: u32, texels: Vec<[u8; 4]>) -> Scene {
+    scene.images.push(Image { name: "picture".into(), width, height: 1, texels });
+    scene.textures.push(Texture { image: 0, wrap: [Wrap::Clamp; 2], filter: Filter::Nearest });
+    scene
+}
+
+/// The least scene for each switch, what must be on for it, and the switch that is turned the wrong way.
+fn cases() -> Vec<(&'static str, Vec<&'static str>, Scene)> {
+    let mut glossy = scene([(Material { roughness: 0.3, ..Material::default() }, floor())]);
+    glossy.environment = Some(fading_sky());
+    glossy.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
+    let mut matte = glossy.clone();
+    matte.materials[0] = grey(0.5);
+
+    let coloured =
+        Material { ior: 1.0, attenuation_distance: 0.25, attenuation_color: Vec3::splat(0.5), ..glass(0.0) };
+    let absent = Material { alpha: 0.25, alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..grey(0.5) };
+
+    let tilted = Vec3::new(0.6, 0.8, 0.0);
+    let bent = Mesh { normals: Some(vec![tilted; 4]), ..floor() };
+    let map = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
+    let mapped = Material { normal_texture: Some(map), ..grey(0.5) };
+    let mapped_floor = Mesh { tangents: Some(vec![Vec4::new(0.0, 0.0, 1.0, 1.0); 4]), ..floor() };
+    let mapped = with_picture(under_the_sun(mapped, mapped_floor), 1, vec![[204, 128, 230, 255]]);
+    let painted = Mesh { colors: Some(vec![Vec4::new(0.1, 0.1, 0.1, 1.0); 4]), ..floor() };
+    let unlit = Material { unlit: true, ..grey(0.25) };
+    let mut poster = scene([(unlit, floor())]);
+    poster.cameras = glossy.cameras.clone();
+
+    vec![
+        ("lambert_only", vec!["environment"], glossy),
+        ("transmission", vec!["transmission", "area_lights"], before_a_lamp(glass(0.0))),
+        (
+            "rough_transmission",
+            vec!["transmission", "rough_transmission", "area_lights"],
+            before_a_lamp(glass(0.4)),
+        ),
+        ("absorption", vec!["transmission", "absorption", "area_lights"], before_a_lamp(coloured)),
+        ("alpha", vec!["lambert_only", "alpha", "area_lights"], before_a_lamp(absent)),
+        ("textures", vec!["lambert_only", "textures", "uv0", "punctual_lights"], half_black(0)),
+        ("uv0", vec!["lambert_only", "textures", "uv0", "punctual_lights"], half_black(0)),
+        ("uv1", vec!["lambert_only", "textures", "uv1", "punctual_lights"], half_black(1)),
+        ("normals", vec!["lambert_only", "normals", "punctual_lights"], under_the_sun(grey(0.5), bent)),
+        ("normal_map", vec!["lambert_only", "textures", "normal_map", "uv0", "punctual_lights"], mapped),
+        (
+            "vertex_colors",
+            vec!["lambert_only", "vertex_colors", "punctual_lights"],
+            under_the_sun(grey(0.5), painted),
+        ),
+        ("area_lights", vec!["lambert_only", "area_lights"], before_a_lamp(grey(0.5))),
+        ("unlit", vec!["lambert_only", "area_lights", "unlit"], poster),
+        ("punctual_lights", vec!["lambert_only", "punctual_lights"], under_the_sun(grey(0.5), floor())),
+        ("environment", vec!["lambert_only", "environment"], matte),
+    ]
+}
+
+#[test]
+fn s02_a_feature_wrongly_off_is_seen() {
+    for (name, _, scene) in cases() {
+        let right = render(&scene, options(SIZE, 64)).channel(0);
+        let mut features = SceneFeatures::of(&scene);
+        let wrong = switch(&mut features, name);
+        *wrong = !*wrong;
+        let options = RenderOptions { features: Some(features), ..options(SIZE, 64) };
+        match try_render(&scene, options) {
+            Ok(shot) => {
+                let wrong = shot.channel(0);
+                let z = right.z(wrong).abs();
+                println!("{name}: {right:?} against {wrong:?} without, z = {z:.1}");
+                assert!(right.mean > 0.0 && z > 10.0, "{name} makes no difference: {right:?}, {wrong:?}");
+            }
+            Err(error) => println!("{name}: refused, {error}"),
+        }
+    }
+}
+
+#[test]
+fn s03_features_follow_from_the_scene() {
+    let names = |scene: &Scene| SceneFeatures::of(scene).names().into_iter().collect::<Vec<_>>();
+    let sorted = |mut names: Vec<&'static str>| {
+        names.sort_unstable();
+        names
+    };
+    let cases = cases();
+    for (name, expected, scene) in &cases {
+        assert_eq!(names(scene), sorted(expected.clone()), "{name}");
+    }
+    let all: Vec<&str> = SceneFeatures::default().table().into_iter().map(|(name, _)| name).collect();
+    let mut covered: Vec<&str> = cases.iter().map(|(name, ..)| *name).collect();
+    covered.sort_by_key(|name| all.iter().position(|other| other == name));
+    assert_eq!(covered, all, "every switch has its scene");
+
+    for (name, expected) in [
+        ("cornell", vec!["lambert_only", "area_lights"]),
+        ("furnace-sphere", vec!["lambert_only", "area_lights"]),
+        ("glass-slab", vec!["transmission", "textures", "uv0", "environment"]),
+        (
+            "spheres",
+            vec![
+                "transmission",
+                "rough_transmission",
+                "textures",
+                "normals",
+                "uv0",
+                "area_lights",
+                "environment",
+            ],
+        ),
+        ("three-lights", vec!["lambert_only", "normals", "area_lights", "punctual_lights", "environment"]),
+        ("bumpy-plane", vec!["lambert_only", "textures", "normals", "normal_map", "uv0", "area_lights"]),
+    ] {
+        assert_eq!(names(&builtin(name).expect("a built-in scene")), sorted(expected), "{name}");
+    }
+
+    // What no triangle uses is not required.
+    let mut unused = scene([(grey(0.5), floor())]);
+    unused.materials.extend([glass(0.5), lamp(1.0), Material { unlit: true, ..grey(1.0) }]);
+    unused.meshes.push(Mesh { material: 1, ..Mesh::default() });
+    assert_eq!(names(&unused), ["lambert_only"]);
+    // Lamps that are off, volumes that absorb nothing, lambertian textures.
+    assert_eq!(names(&scene([(lamp(0.0), floor())])), ["lambert_only"]);
+    assert_eq!(names(&scene([(glass(0.0), floor())])), ["transmission"]);
+    assert_eq!(names(&Scene::default()), ["lambert_only"]);
+    let mut mesh = floor();
+    mesh.uvs[0] = Some(vec![Vec2::ZERO; 4]);
+    assert_eq!(names(&scene([(grey(0.5), mesh)])), ["lambert_only"], "coordinates that no texture reads");
+}
