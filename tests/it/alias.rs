@@ -121,7 +121,7 @@ fn c15_alias_twin_is_equal() {
                 2 => 1 + stream.word() % (1 << 28),
                 _ => u32::MAX - stream.word() % 8,
             };
-            let word = |r: u32, w: u32| if r % 8 == 0 { u32::MAX - (w & 3) } else { w };
+            let word = |r: u32, w: u32| if r.is_multiple_of(8) { u32::MAX - (w & 3) } else { w };
             let [a, b, c, d] = std::array::from_fn(|_| stream.word());
             [word(a, b), word(c, d), n]
         })
