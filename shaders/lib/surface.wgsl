@@ -1,4 +1,5 @@
 #if !lambert_only
+#import lib/color
 #import lib/ggx_albedo
 #import lib/math
 #endif
@@ -88,10 +89,6 @@ fn surface_from_factors(m: SurfaceFactors) -> Surface {
 /// interface does not tint the base with its complement (KHR_materials_specular).
 fn interface_albedo(s: Surface, ab: vec2f) -> f32 {
     return max_component(s.f0) * ab.x + s.f90 * ab.y;
-}
-
-fn max_component(v: vec3f) -> f32 {
-    return max(v.x, max(v.y, v.z));
 }
 #endif
 
