@@ -215,6 +215,15 @@ fn say_what_is_missing(scene: &Scene) {
 }
 
 fn check_output(output: &Path) -> Result<(), InputError> {
+    // Before hours of rendering, not after them.
+    if let Some(folder) = output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
+    {
+        return Err(InputError::Usage(format!(
+            "there is no folder '{}' for '{}'; make it first",
+            folder.display(),
+            output.display()
+        )));
+    }
     match output.extension().and_then(|extension| extension.to_str()) {
         Some("exr" | "png") => Ok(()),
         _ => Err(InputError::Usage(format!(

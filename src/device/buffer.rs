@@ -70,7 +70,8 @@ impl BufferTable {
         data: &[T],
     ) -> Result<(), DeviceError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        self.create(context, name, bytes.len() as u64)?;
+        // WebGPU wants room for one element even where there is none.
+        self.create(context, name, bytes.len().max(size_of::<T>()) as u64)?;
         self.write(context, name, bytes)
     }
 

@@ -76,7 +76,7 @@ fn c07_form_factors() {
     // Radius 1/2 at distance 2; the icosphere inside it has 6e-4 less of a cross-section.
     let ball = scene([floor(1.0), (lamp(1.0), shapes::icosphere(DVec3::Y * 2.0, 0.5, 5))]);
     let expected = 0.196_349_540_849_362_07 / PI;
-    let found = spot(&ball, 1024);
+    let found = spot(&ball, 3072);
     found.assert_mean("sphere", expected * (1.0 - 3e-4), 2e-3);
 }
 
@@ -86,7 +86,7 @@ fn c07_squares_that_share_an_edge() {
     let mut scene = scene([(grey(1.0), horizontal(1.0, 0.0, true)), (lamp(1.0), wall)]);
     scene.cameras.push(from_above(0.5));
     let shot = render(&scene, RenderOptions { max_depth: Some(2), ..options([32, 32], 512) });
-    shot.channel(0).assert_mean("wall to floor", 0.200_043_776_075_403_16, 1e-3);
+    shot.channel(0).assert_mean("wall to floor", 0.200_043_776_075_403_16, 2e-3);
 }
 
 /// A parallel camera high above the origin that sees a square of half side `half`; +x to the right, -z up.
@@ -120,7 +120,7 @@ fn c07_inverse_square() {
             position: towards_origin * -distance,
             direction: towards_origin.as_vec3(),
         }];
-        spot(&scene, 16).assert_mean(&format!("{kind:?} at {distance}"), expected, 1e-6);
+        spot(&scene, 16).assert_mean(&format!("{kind:?} at {distance}"), expected, 1e-5);
     }
 }
 
@@ -143,12 +143,12 @@ fn n20_one_texel_lights_a_plane() {
         let column_step = TAU / f64::from(width);
         let over_rows = quadrature::interval(0.0, FRAC_PI_2, 256, |t| value(t) * t.sin() * t.cos());
         let expected = 1e6 / PI * column_step * over_rows;
-        let found = spot(&scene, 1024);
+        let found = spot(&scene, 2048);
         println!(
             "{width}x{height}, column {column}, row {row}: {} of the closed form",
             found.mean / expected
         );
-        assert!(found.error < 2e-3 * expected, "{found:?}");
+        assert!(found.error < 3e-3 * expected, "{found:?}");
         // The map of equal areas averages the picture's texels: 0.2 % is what it may differ by.
         assert!((found.mean - expected).abs() < 5.0 * found.error + 2e-3 * expected, "{found:?}, {expected}");
     }

@@ -145,6 +145,8 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>, Scene)> {
     let mapped_floor = Mesh { tangents: Some(vec![Vec4::new(0.0, 0.0, 1.0, 1.0); 4]), ..floor() };
     let mapped = with_picture(under_the_sun(mapped, mapped_floor), 1, vec![[204, 128, 230, 255]]);
     let painted = Mesh { colors: Some(vec![Vec4::new(0.1, 0.1, 0.1, 1.0); 4]), ..floor() };
+    let mut panel = scene([(lamp(1.0), floor())]);
+    panel.cameras = glossy.cameras.clone();
     let unlit = Material { unlit: true, ..grey(0.25) };
     let mut poster = scene([(unlit, floor())]);
     poster.cameras = glossy.cameras.clone();
@@ -169,7 +171,7 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>, Scene)> {
             vec!["lambert_only", "vertex_colors", "punctual_lights"],
             under_the_sun(grey(0.5), painted),
         ),
-        ("area_lights", vec!["lambert_only", "area_lights"], before_a_lamp(grey(0.5))),
+        ("area_lights", vec!["lambert_only", "area_lights"], panel),
         ("unlit", vec!["lambert_only", "area_lights", "unlit"], poster),
         ("punctual_lights", vec!["lambert_only", "punctual_lights"], under_the_sun(grey(0.5), floor())),
         ("environment", vec!["lambert_only", "environment"], matte),
