@@ -69,10 +69,7 @@ impl BufferTable {
         name: &str,
         data: &[T],
     ) -> Result<(), DeviceError> {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        // WebGPU wants room for one element even where there is none.
-        self.create(context, name, bytes.len().max(size_of::<T>()) as u64)?;
-        self.write(context, name, bytes)
+        self.upload_with(context, name, data, BufferUsages::STORAGE)
     }
 
     /// A uniform buffer that holds `data`.
@@ -85,8 +82,19 @@ impl BufferTable {
         name: &str,
         data: &[T],
     ) -> Result<(), DeviceError> {
+        self.upload_with(context, name, data, BufferUsages::UNIFORM)
+    }
+
+    fn upload_with<T: bytemuck::Pod>(
+        &mut self,
+        context: &Context,
+        name: &str,
+        data: &[T],
+        usage: BufferUsages,
+    ) -> Result<(), DeviceError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        self.create_with(context, name, bytes.len() as u64, BufferUsages::UNIFORM)?;
+        // WebGPU wants room for one element even where there is none.
+        self.create_with(context, name, bytes.len().max(size_of::<T>()) as u64, usage)?;
         self.write(context, name, bytes)
     }
 

@@ -43,7 +43,7 @@ impl SceneFeatures {
             scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty()).map(|mesh| mesh.material).collect();
         let materials: Vec<&Material> = used.iter().map(|&index| &scene.materials[index as usize]).collect();
         let any = |test: fn(&Material) -> bool| materials.iter().any(|material| test(material));
-        let slots: Vec<TextureRef> = materials.iter().flat_map(|material| texture_slots(material)).collect();
+        let slots: Vec<&TextureRef> = materials.iter().flat_map(|material| material.textures()).collect();
         let transmission = any(|m| m.transmission > 0.0 && !m.unlit);
         let normal_map = any(|m| m.normal_texture.is_some());
         Self {
@@ -100,19 +100,4 @@ impl SceneFeatures {
     pub fn lights(&self) -> bool {
         self.area_lights || self.punctual_lights || self.environment
     }
-}
-
-/// The textures that a material refers to.
-pub fn texture_slots(material: &Material) -> impl Iterator<Item = TextureRef> {
-    [
-        material.base_color_texture,
-        material.metallic_roughness_texture,
-        material.normal_texture,
-        material.emission_texture,
-        material.specular_texture,
-        material.specular_color_texture,
-        material.transmission_texture,
-    ]
-    .into_iter()
-    .flatten()
 }
