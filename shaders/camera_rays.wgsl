@@ -1,5 +1,9 @@
 #import bind/queue
 #import lib/path_key
+#if bidirectional
+#import bind/subpath
+#import lib/camera
+#endif
 
 // Starts the paths of a batch: one ray through a uniform point of each sample's pixel (box filter).
 
@@ -20,6 +24,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let y = (f32(pixel.y) + u.y) / f32(batch.height);
     let direction = camera.direction + x * camera.direction_dx + y * camera.direction_dy;
     let origin = camera.origin + x * camera.origin_dx + y * camera.origin_dy;
+#if bidirectional
+    let unit_direction = normalize(direction);
+    let parallel = all(camera.direction_dx == vec3f(0.0));
+    paths_in[path] = PathRay(origin, path, unit_direction, camera_pdf(unit_direction), vec3f(1.0), 0u);
+    sub_paths_in[path] =
+        SubPath(origin, 0.0, vec3f(0.0), SUBPATH_CAMERA | select(0u, SUBPATH_INFINITE, parallel));
+#else
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);
-    radiance[path] = vec4f(0.0);
+#endif
+    for (var cell = path * CELLS; cell < (path + 1u) * CELLS; cell++) {
+        radiance[cell] = vec4f(0.0);
+    }
 }

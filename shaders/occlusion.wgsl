@@ -3,9 +3,12 @@
 #if alpha
 #import lib/path_key
 #endif
+#if splats_atomic
+#import lib/splat
+#endif
 
 // Tests the connections of a bounce; those that nothing blocks reach their path's radiance.
-// A path has one connection at most in the queue, so no two invocations write one cell.
+// A cell has one connection at most in the queue, so no two invocations write it.
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -15,10 +18,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let ray = shadow_rays[index];
 #if alpha
-    alpha_word = random4(path_key(ray.path), bounce_dimension(ray.depth, DIMENSION_ALPHA)).y;
+#if splats_atomic
+    // The contribution is as random as the path that it comes from.
+    alpha_word = pcg4d(vec4u(bitcast<vec3u>(ray.contribution), ray.cell)).y;
+#else
+    alpha_word = random4(path_key(ray.cell / CELLS), bounce_dimension(ray.depth, DIMENSION_ALPHA)).y
+        + counts.connection_round * CELLS + ray.cell % CELLS;
+#endif
 #endif
     let hit = trace(ray.origin, ray.direction, ray.t_max);
     if hit.triangle == NO_TRIANGLE {
-        radiance[ray.path] += vec4f(ray.contribution, 0.0);
+#if splats_atomic
+        add_splat(ray.cell, ray.contribution);
+#else
+        radiance[ray.cell] += vec4f(ray.contribution, 0.0);
+#endif
     }
 }

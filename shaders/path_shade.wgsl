@@ -1,6 +1,7 @@
 #import bind/accel
 #import bind/queue
 #import lib/hit
+#import lib/medium
 #import lib/path_key
 #import lib/roulette
 #import lib/shading
@@ -11,28 +12,6 @@
 // The path tracer, one surface at a time: emission with its weight, one connection to a light, one bounce.
 // Veach 1997, chapter 9 (multiple importance sampling, balance heuristic). Both densities of a direction carry
 // the roulette of the surface they leave.
-
-/// Share of the light along a segment that a volume lets through. The segment is inside where one of its ends
-/// sees it on the inner side of a volume's boundary.
-fn transmittance(medium: u32, distance: f32) -> vec3f {
-#if absorption
-    if medium != 0u {
-        return exp(-materials[medium - 1u].absorption * distance);
-    }
-#endif
-    return vec3f(1.0);
-}
-
-/// The medium (material index plus one) of a segment that leaves the point towards `world_direction`.
-fn medium_towards(point: SurfacePoint, world_direction: vec3f) -> u32 {
-#if absorption
-    let inside = dot(world_direction, point.world_ng) < 0.0;
-    if inside && (materials[point.material].flags & MATERIAL_VOLUME) != 0u {
-        return point.material + 1u;
-    }
-#endif
-    return 0u;
-}
 
 /// Weight of a sample by balance heuristic: its own density against the other technique's.
 fn balance(pdf: f32, other: f32) -> f32 {
@@ -87,12 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
     let world_out = -ray.direction;
     let depth = ray.depth_medium & 0xffffu;
-    var throughput = ray.throughput;
-#if absorption
-    let medium_behind = ray.depth_medium >> 16u;
-    let medium = select(medium_behind, medium_towards(point, world_out), medium_behind == 0u);
-    throughput *= transmittance(medium, hit.t);
-#endif
+    let throughput = ray.throughput * transmittance(medium_between(ray.depth_medium >> 16u, point, world_out), hit.t);
 
 #if area_lights
     let light_index = triangles[hit.triangle].light;

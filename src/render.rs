@@ -11,7 +11,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Layer, Picture};
-use crate::integrator::{PathIntegrator, RayCounts, Region, Settings};
+use crate::integrator::{Integrator, Method, RayCounts, Region, Settings, Strategy, integrator};
 use crate::scene::{Scene, SceneFeatures};
 
 /// When to stop: the first limit that is met.
@@ -45,6 +45,9 @@ pub struct RenderOptions {
     pub camera: usize,
     pub max_depth: Option<u32>,
     pub seed: u64,
+    pub method: Method,
+    /// Of a bidirectional method, show this strategy only.
+    pub strategy: Option<Strategy>,
     pub budget: Budget,
     /// Layers for albedo, normal and depth.
     pub first_hit_layers: bool,
@@ -63,6 +66,8 @@ impl Default for RenderOptions {
             camera: 0,
             max_depth: None,
             seed: 0,
+            method: Method::default(),
+            strategy: None,
             budget: Budget::default(),
             first_hit_layers: false,
             timing: false,
@@ -115,7 +120,7 @@ pub struct Report {
 /// A scene made ready for one device: renders can be continued and looked at.
 pub struct Renderer<'a> {
     context: &'a Context,
-    integrator: PathIntegrator,
+    integrator: Box<dyn Integrator>,
     options: RenderOptions,
     sums: FilmSums,
     first_hits: Vec<FirstHitPixel>,
@@ -149,6 +154,8 @@ impl<'a> Renderer<'a> {
             region,
             max_depth: options.max_depth,
             seed: options.seed,
+            method: options.method,
+            strategy: options.strategy,
             first_hit: options.first_hit_layers,
             timing: options.timing,
         };
@@ -171,16 +178,17 @@ impl<'a> Renderer<'a> {
             memory: Vec::new(),
             kernels: Default::default(),
         };
-        let mut integrator = PathIntegrator::new(context, device_scene, &device_camera, settings)?;
+        let mut integrator = integrator(context, device_scene, &device_camera, settings)?;
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         let warm_up = Instant::now();
-        integrator.wavefront.warm_up(context)?;
+        integrator.warm_up(context)?;
+        let wavefront = integrator.wavefront_mut();
         let first_hits = match options.first_hit_layers {
-            true => integrator.wavefront.first_hits(context, FIRST_HIT_SAMPLES)?,
+            true => wavefront.first_hits(context, FIRST_HIT_SAMPLES)?,
             false => Vec::new(),
         };
-        report.compile_seconds = (integrator.wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
-        report.memory = integrator.wavefront.buffers.sizes();
+        wavefront.reset(context)?;
+        report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
         Ok(Self {
             context,
             integrator,
@@ -212,12 +220,12 @@ impl<'a> Renderer<'a> {
             let to_end = budget.samples.map_or(u32::MAX, |samples| samples - self.samples);
             let samples = round.min(to_flush).min(to_end);
             let round_start = Instant::now();
-            self.integrator.wavefront.render(self.context, self.samples, samples)?;
+            self.integrator.render(self.context, self.samples, samples)?;
             self.context.wait()?;
             self.samples += samples;
             self.elapsed = before + start.elapsed();
             if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-                let taken = self.integrator.wavefront.take_film(self.context)?;
+                let taken = self.integrator.wavefront().take_film(self.context)?;
                 self.sums.add(taken.iter().map(pixel_sums));
             }
             let error = self.current_sums()?.estimated_error();
@@ -248,7 +256,7 @@ impl<'a> Renderer<'a> {
     fn current_sums(&self) -> Result<FilmSums, RenderError> {
         let mut sums = self.sums.clone();
         if !self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-            sums.add(self.integrator.wavefront.film(self.context)?.iter().map(pixel_sums));
+            sums.add(self.integrator.wavefront().film(self.context)?.iter().map(pixel_sums));
         }
         Ok(sums)
     }
@@ -276,8 +284,10 @@ impl<'a> Renderer<'a> {
         report.seconds = self.elapsed.as_secs_f64();
         report.estimated_error = sums.estimated_error();
         report.non_finite = sums.non_finite();
-        report.rays = self.integrator.wavefront.ray_counts(self.context)?;
-        report.kernels = self.integrator.wavefront.kernel_times();
+        let wavefront = self.integrator.wavefront();
+        report.rays = wavefront.ray_counts(self.context)?;
+        report.kernels = wavefront.kernel_times();
+        report.memory = wavefront.buffers.sizes();
         Ok(report)
     }
 

@@ -8,6 +8,7 @@ struct Batch {
     crop_x: u32,
     crop_y: u32,
     crop_width: u32,
+    crop_height: u32,
     /// First pixel of the batch, row-major in the part, and how many.
     first_pixel: u32,
     pixel_count: u32,
@@ -17,8 +18,22 @@ struct Batch {
     seed: u32,
     /// Paths end after this many surfaces.
     max_depth: u32,
-    pad: u32,
+    /// The seed of light paths, the index of the first one in flight, and how many an iteration has.
+    light_seed: u32,
+    first_light_path: u32,
+    light_path_count: u32,
+    /// Expected connections of an eye vertex to a given light vertex: lib/mis.
+    connection_density: f32,
+    /// Light paths that connect to the camera; 0 where none does.
+    camera_paths: f32,
+    /// Of all strategies, only the one with so many light and eye vertices; EVERY_STRATEGY for all.
+    only_s: u32,
+    only_t: u32,
+    /// 1: strategies are weighed against each other; 0: each is taken alone.
+    weighted: u32,
 }
+
+const EVERY_STRATEGY: u32 = 0xffffffffu;
 
 struct Camera {
     origin: vec3f,

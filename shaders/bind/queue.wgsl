@@ -20,7 +20,8 @@ struct Hit {
 /// A connection waiting for its visibility test. The ray runs over t in (0, t_max).
 struct ShadowRay {
     origin: vec3f,
-    path: u32,
+    /// What the contribution is added to: a cell of `radiance`, or a pixel of `splats`.
+    cell: u32,
     direction: vec3f,
     t_max: f32,
     contribution: vec3f,
@@ -35,6 +36,13 @@ struct Counts {
     shadow_out: atomic<u32>,
     closest_total: vec2u,
     shadow_total: vec2u,
+    /// Vertices in the light cache; more than fit when it is full.
+    light_vertices: atomic<u32>,
+    /// Most vertices that one light path has in the cache.
+    longest_light_path: atomic<u32>,
+    /// How many times the eye vertices of this bounce have connected.
+    connection_round: u32,
+    pad: u32,
 }
 
 @group(1) @binding(0) var<storage, read_write> paths_in: array<PathRay>;
@@ -42,8 +50,11 @@ struct Counts {
 @group(1) @binding(2) var<storage, read_write> hits: array<Hit>;
 @group(1) @binding(3) var<storage, read_write> shadow_rays: array<ShadowRay>;
 @group(1) @binding(4) var<storage, read_write> counts: Counts;
-/// Light found so far by each path of the batch.
+/// Light found so far by each path of the batch, CELLS numbers a path: one for each connection that a vertex may
+/// have in flight, so that no two invocations add to the same.
 @group(1) @binding(5) var<storage, read_write> radiance: array<vec4f>;
+
+override CELLS: u32 = 1u;
 
 const WORKGROUP: u32 = 64u;
 

@@ -13,9 +13,5 @@ fn is_present(triangle: u32, b1: f32, b2: f32) -> bool {
     point.triangle = triangle;
     point.b = vec3f(1.0 - b1 - b2, b1, b2);
     point.material = triangles[triangle].material_flags & TRIANGLE_MATERIAL;
-    let opacity = point_base_color(point).a;
-    if (materials[point.material].flags & MATERIAL_MASK) != 0u {
-        return opacity >= materials[point.material].alpha_cutoff;
-    }
-    return uniform_from_word(pcg4d(vec4u(alpha_word, triangle, 0u, 0u)).x) < opacity;
+    return uniform_from_word(pcg4d(vec4u(alpha_word, triangle, 0u, 0u)).x) < point_presence(point);
 }

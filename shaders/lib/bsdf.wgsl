@@ -44,6 +44,10 @@ struct BsdfSample {
 struct BsdfValue {
     f: vec3f,
     pdf_solid: f32,
+#if bidirectional
+    /// Of drawing w_from when arriving from w_to.
+    pdf_back_solid: f32,
+#endif
 }
 
 /// w in the frame whose z is on the side of `reference`: the BSDF is the same from both sides but for eta.
@@ -83,6 +87,9 @@ fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> Bsdf
     if same_side(w_from, w_to) {
         value.f = s.base_color * INV_PI;
         value.pdf_solid = cosine_hemisphere_pdf_solid(abs(w_to.z));
+#if bidirectional
+        value.pdf_back_solid = cosine_hemisphere_pdf_solid(abs(w_from.z));
+#endif
     }
     return value;
 }
@@ -195,18 +202,34 @@ fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> Bsdf
     let split = facet(s, cos_near, cos_glass, side);
     let normals = ggx_normals(h, s.alpha);
     let far_up = vec3f(far.xy, abs(far.z));
+    let ab_far = ggx_albedo(far_up.z, s.alpha);
     let lobe = normals * ggx_visibility(near, far_up, s.alpha);
     let facet_pdf = (1.0 - diffuse) * ggx_visible_normals_pdf_solid(near, h, s.alpha);
+#if bidirectional
+    let diffuse_back = diffuse_select(s, ab_far);
+    // Mirrored onto the side of the micronormal; what a pane lets through is mirrored back.
+    let far_facet = select(far_up, -far, crosses && (s.flags & SURFACE_VOLUME) != 0u);
+    let facet_back_pdf = (1.0 - diffuse_back) * ggx_visible_normals_pdf_solid(far_facet, h, s.alpha);
+#endif
     if reflects {
-        value.f = diffuse_layer(s, ab, ggx_albedo(far.z, s.alpha)) + split.reflectance * lobe;
+        value.f = diffuse_layer(s, ab, ab_far) + split.reflectance * lobe;
         value.pdf_solid = diffuse * cosine_hemisphere_pdf_solid(far.z)
             + facet_pdf * split.reflect_select / (4.0 * cos_near);
+#if bidirectional
+        value.pdf_back_solid = diffuse_back * cosine_hemisphere_pdf_solid(near.z)
+            + facet_back_pdf * split.reflect_select / (4.0 * cos_near);
+#endif
     }
 #if rough_transmission
     if crosses {
         let n_eye = select(n.y, n.x, from_eye);
         value.f = split.transmittance * (lobe * transmission_factor(crossing, n_eye));
         value.pdf_solid = facet_pdf * (1.0 - split.reflect_select) * transmission_jacobian(crossing, n);
+#if bidirectional
+        let split_back = facet(s, crossing.cos_far, cos_glass, side);
+        let jacobian_back = n.x * n.x * crossing.cos_near / crossing.length_sq;
+        value.pdf_back_solid = facet_back_pdf * (1.0 - split_back.reflect_select) * jacobian_back;
+#endif
     }
 #endif
     return value;

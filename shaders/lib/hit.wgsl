@@ -106,6 +106,20 @@ fn point_base_color(point: SurfacePoint) -> vec4f {
     return color;
 }
 
+/// Share of the surface that is there: its opacity, all or nothing where that is a mask.
+fn point_presence(point: SurfacePoint) -> f32 {
+#if alpha
+    if (triangles[point.triangle].material_flags & TRIANGLE_ALPHA) != 0u {
+        let opacity = point_base_color(point).a;
+        if (materials[point.material].flags & MATERIAL_MASK) != 0u {
+            return select(0.0, 1.0, opacity >= materials[point.material].alpha_cutoff);
+        }
+        return saturate(opacity);
+    }
+#endif
+    return 1.0;
+}
+
 /// Radiance that leaves the point along `world_direction`.
 fn point_emission(point: SurfacePoint, world_direction: vec3f) -> vec3f {
     let flags = materials[point.material].flags;

@@ -72,7 +72,7 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
             if distance > 0.0 {
                 sample.direction = span / distance;
                 sample.distance = distance;
-                sample.radiance = point_emission(point, -sample.direction);
+                sample.radiance = point_emission(point, -sample.direction) * point_presence(point);
                 let cos_light = abs(dot(sample.direction, point.world_ng));
                 if cos_light >= MIN_COS {
                     sample.pdf_solid = area_light_pdf_solid(point, index, sample.direction, distance);

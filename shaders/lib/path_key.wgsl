@@ -1,7 +1,9 @@
 #import bind/batch
 #import lib/rng
 
-// From a path of the batch to its pixel and its random numbers. A dimension belongs to one purpose:
+// From a path of the batch to its pixel and its random numbers. Light paths have a seed of their own; they belong
+// to a pixel's sample, or (`shared_light_paths`) to all of an iteration.
+// A dimension belongs to one purpose:
 // the camera takes 0; the surface at depth d takes BOUNCE_DIMENSIONS numbers from 1 + d * BOUNCE_DIMENSIONS.
 
 const DIMENSION_CAMERA: u32 = 0u;
@@ -23,6 +25,15 @@ fn path_pixel(path: u32) -> vec2u {
 
 /// A sample's numbers depend on its place in the whole picture, not on the part that is rendered.
 fn path_key(path: u32) -> RandomKey {
+#if shared_light_paths
+    return RandomKey(batch.first_light_path + path, batch.first_sample, batch.light_seed);
+#else
     let pixel = path_pixel(path);
-    return RandomKey(pixel.y * batch.width + pixel.x, batch.first_sample + path / batch.pixel_count, batch.seed);
+    let sample = batch.first_sample + path / batch.pixel_count;
+#if light_paths
+    return RandomKey(pixel.y * batch.width + pixel.x, sample, batch.light_seed);
+#else
+    return RandomKey(pixel.y * batch.width + pixel.x, sample, batch.seed);
+#endif
+#endif
 }

@@ -66,3 +66,15 @@ fn shading_sample_direction(
     }
     return sample;
 }
+
+/// n^2 |cos| of a direction, n the index of refraction on its side: the measure in which a delta event's densities
+/// in both directions are the same (lib/mis).
+fn delta_measure(s: Surface, frame: ShadingFrame, world: vec3f) -> f32 {
+    let z = dot(world, frame.shading.normal);
+#if transmission
+    if (s.flags & SURFACE_VOLUME) != 0u && z < 0.0 {
+        return s.eta * s.eta * -z;
+    }
+#endif
+    return abs(z);
+}

@@ -15,7 +15,7 @@ use super::input::{
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
 use crate::film::{Attribute, Picture, exr, png, tev};
-use crate::integrator::Region;
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Region};
 use crate::render::{Budget, Progress, RenderOptions, Renderer, Report, Stop};
 use crate::scene::Scene;
 
@@ -28,6 +28,12 @@ pub enum IntegratorName {
     /// Path tracing with next-event estimation.
     #[default]
     Path,
+    /// Bidirectional path tracing: every eye path is connected to a light path of its own.
+    Bdpt,
+    /// Bidirectional path tracing with a light vertex cache that the whole picture shares.
+    Lvcbpt,
+    /// Light tracing: light paths alone, connected to the camera.
+    Light,
 }
 
 /// Render a scene. The first limit of --spp, --time and --error that is met ends the render.
@@ -38,8 +44,8 @@ pub struct RenderArgs {
     /// Where the picture goes: .exr (linear, with layers) or .png (tone-mapped); may be given several times.
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
-    #[arg(short, long, value_enum, default_value_t)]
-    integrator: IntegratorName,
+    #[command(flatten)]
+    method: MethodArgs,
     /// Samples a pixel (64 if no limit is given).
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
@@ -84,6 +90,61 @@ pub struct RenderArgs {
     save_every: Option<Duration>,
 }
 
+/// How light is transported, and with which settings.
+#[derive(Args, Debug)]
+pub struct MethodArgs {
+    #[arg(short, long, value_enum, default_value_t)]
+    integrator: IntegratorName,
+    /// Light paths of an iteration, that is for one sample of every pixel (default: lvcbpt a quarter of the pixels,
+    /// light all of them).
+    #[arg(long, value_name = "M")]
+    light_paths: Option<u32>,
+    /// Connections of each vertex of an eye path to the light vertex cache (lvcbpt).
+    #[arg(long, value_name = "N")]
+    connections: Option<u32>,
+    /// Connect light paths to the camera as well (bdpt, lvcbpt): finds caustics.
+    #[arg(long)]
+    light_tracing: bool,
+}
+
+impl MethodArgs {
+    /// The method with its settings.
+    ///
+    /// # Errors
+    /// A setting that the integrator does not have, or out of its range.
+    pub fn method(&self) -> Result<Method, InputError> {
+        use IntegratorName as Name;
+        let (name, light_paths) = (self.integrator, self.light_paths);
+        let refuse = |flag: &str, who: &str| {
+            Err(InputError::Usage(format!(
+                "{flag} is a setting of {who}; leave it out, or choose with --integrator"
+            )))
+        };
+        if light_paths.is_some() && !matches!(name, Name::Lvcbpt | Name::Light) {
+            return refuse("--light-paths", "lvcbpt and light");
+        }
+        if self.connections.is_some() && name != Name::Lvcbpt {
+            return refuse("--connections", "lvcbpt");
+        }
+        if self.light_tracing && !matches!(name, Name::Lvcbpt | Name::Bdpt) {
+            return refuse("--light-tracing", "bdpt and lvcbpt");
+        }
+        if light_paths == Some(0) {
+            return Err(InputError::Usage("--light-paths takes at least 1 light path an iteration".into()));
+        }
+        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
+        if !(1..=MAX_CONNECTIONS).contains(&connections) {
+            return Err(InputError::Usage(format!("--connections takes 1 to {MAX_CONNECTIONS}")));
+        }
+        Ok(match name {
+            Name::Path => Method::Path,
+            Name::Bdpt => Method::Bdpt { light_tracing: self.light_tracing },
+            Name::Lvcbpt => Method::LvcBpt { light_paths, connections, light_tracing: self.light_tracing },
+            Name::Light => Method::Light { light_paths },
+        })
+    }
+}
+
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -120,7 +181,8 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let mut last_line = Instant::now();
     let (mut last_save, mut last_view) = (Instant::now(), Instant::now());
     let title = args.scene.scene.to_string_lossy();
-    let record = Record { args, scene_hash: scene.content_hash(), device: context.describe() };
+    let record =
+        Record { args, method: options.method, scene_hash: scene.content_hash(), device: context.describe() };
     let stop = loop {
         // A pause of the loop, to save or to show the picture, is no end.
         let mut pause = false;
@@ -195,6 +257,8 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
         camera,
         max_depth: args.max_depth,
         seed: args.seed,
+        method: args.method.method()?,
+        strategy: None,
         budget: Budget { samples, time: args.time, error: args.error },
         first_hit_layers: true,
         timing: args.stats.is_some(),
@@ -303,6 +367,7 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
 /// What a picture's file says about its making, beside the report.
 struct Record<'a> {
     args: &'a RenderArgs,
+    method: Method,
     scene_hash: u64,
     device: String,
 }
@@ -313,7 +378,7 @@ impl Record<'_> {
         let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
         picture.metadata = vec![
             text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
-            text("integrator", "path".into()),
+            text("integrator", self.method.name().into()),
             number("spp", f64::from(report.samples)),
             number("seconds", report.seconds),
             number("preprocessingSeconds", 0.0),

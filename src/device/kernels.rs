@@ -21,6 +21,7 @@ pub struct Kernel {
 }
 
 /// A kernel with its buffers, ready to dispatch.
+#[derive(Clone)]
 pub struct Bound {
     pub name: String,
     pipeline: wgpu::ComputePipeline,

@@ -49,15 +49,26 @@ device_struct! {
         pub crop_x: u32,
         pub crop_y: u32,
         pub crop_width: u32,
+        pub crop_height: u32,
         pub first_pixel: u32,
         pub pixel_count: u32,
         pub first_sample: u32,
         pub sample_count: u32,
         pub seed: u32,
         pub max_depth: u32,
-        pub pad: u32,
+        pub light_seed: u32,
+        pub first_light_path: u32,
+        pub light_path_count: u32,
+        pub connection_density: f32,
+        pub camera_paths: f32,
+        pub only_s: u32,
+        pub only_t: u32,
+        pub weighted: u32,
     }
 }
+
+/// In the place of a strategy's number of vertices: all strategies.
+pub const EVERY_STRATEGY: u32 = u32::MAX;
 
 device_struct! {
     /// The camera in normalised scene space. A film point (x, y) in [0,1]^2 (y down) looks from
@@ -112,7 +123,8 @@ device_struct! {
     /// A connection waiting for its visibility test.
     pub struct ShadowRay {
         pub origin: [f32; 3],
-        pub path: u32,
+        /// A cell of `radiance`, or a pixel of `splats`.
+        pub cell: u32,
         pub direction: [f32; 3],
         pub t_max: f32,
         pub contribution: [f32; 3],
@@ -129,6 +141,41 @@ device_struct! {
         pub shadow_out: u32,
         pub closest_total: [u32; 2],
         pub shadow_total: [u32; 2],
+        pub light_vertices: u32,
+        pub longest_light_path: u32,
+        pub connection_round: u32,
+        pub pad: u32,
+    }
+}
+
+device_struct! {
+    /// What a waiting ray of a bidirectional sub-path carries beside its [`PathRay`].
+    pub struct SubPath {
+        /// The vertex that the ray leaves.
+        pub position: [f32; 3],
+        /// Of the densities of all other strategies to this one's, for the vertex to come: `lib/mis`.
+        pub ratio: f32,
+        /// Geometric normal of the vertex; zero for one without.
+        pub normal: [f32; 3],
+        pub flags: u32,
+    }
+}
+
+device_struct! {
+    /// A vertex of the light cache.
+    pub struct LightVertex {
+        pub weight: [f32; 3],
+        pub index: u32,
+        pub world_from: [f32; 3],
+        pub depth_kind: u32,
+        pub b1: f32,
+        pub b2: f32,
+        pub pdf_area: f32,
+        pub ratio: f32,
+        pub to_previous: f32,
+        pub edge: f32,
+        pub path: u32,
+        pub number: u32,
     }
 }
 

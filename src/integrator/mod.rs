@@ -1,11 +1,79 @@
 //! Integrators: what one iteration dispatches.
 
+mod bidirectional;
 mod path;
 pub mod ray_bench;
 mod wavefront;
 
-pub use path::PathIntegrator;
-pub use wavefront::{RayCounts, Region};
+use serde::Serialize;
+
+use crate::device::Context;
+use crate::device::layout::Camera;
+use crate::device::scene::DeviceScene;
+use crate::error::DeviceError;
+
+pub use wavefront::{RayCounts, Region, Wavefront};
+
+/// How light is transported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(tag = "integrator", rename_all = "lowercase")]
+pub enum Method {
+    /// Path tracing with next-event estimation.
+    #[default]
+    Path,
+    /// Bidirectional path tracing: a light path for each eye path, all their vertices connected.
+    Bdpt { light_tracing: bool },
+    /// Bidirectional path tracing with a light vertex cache (Davidovic et al. 2014).
+    LvcBpt {
+        /// Light paths an iteration; `None`: [`DEFAULT_LIGHT_PATHS`] a pixel.
+        light_paths: Option<u32>,
+        /// Connections of each eye vertex, 1 to [`MAX_CONNECTIONS`].
+        connections: u32,
+        light_tracing: bool,
+    },
+    /// Light tracing: light paths alone, connected to the camera.
+    Light {
+        /// As for `LvcBpt`; `None`: one a pixel.
+        light_paths: Option<u32>,
+    },
+}
+
+/// Connections that an eye vertex may have at once.
+pub const MAX_CONNECTIONS: u32 = 64;
+/// Connections of an eye vertex where no number is asked for.
+pub const DEFAULT_CONNECTIONS: u32 = 3;
+/// Light paths of an iteration for each pixel of the picture, where none are asked for.
+pub const DEFAULT_LIGHT_PATHS: f64 = 0.25;
+
+impl Method {
+    /// Light paths connect to the camera.
+    pub fn traces_light(&self) -> bool {
+        match *self {
+            Self::Path => false,
+            Self::Bdpt { light_tracing } | Self::LvcBpt { light_tracing, .. } => light_tracing,
+            Self::Light { .. } => true,
+        }
+    }
+
+    /// The name on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Bdpt { .. } => "bdpt",
+            Self::LvcBpt { .. } => "lvcbpt",
+            Self::Light { .. } => "light",
+        }
+    }
+}
+
+/// One of the ways to find a path: by `s` light and `t` eye vertices (the camera is one).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Strategy {
+    pub s: u32,
+    pub t: u32,
+    /// As its share of all strategies, or taken alone.
+    pub weighted: bool,
+}
 
 /// Settings that every integrator understands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,8 +87,45 @@ pub struct Settings {
     pub max_depth: Option<u32>,
     /// The user's seed.
     pub seed: u64,
-    /// Prepare for [`Wavefront::first_hits`](wavefront::Wavefront::first_hits).
+    pub method: Method,
+    /// Of a bidirectional integrator, show this strategy only.
+    pub strategy: Option<Strategy>,
+    /// Prepare for [`Wavefront::first_hits`].
     pub first_hit: bool,
     /// Time every kernel with the device's timestamps.
     pub timing: bool,
+}
+
+/// An integrator on a device, with the scene.
+pub trait Integrator {
+    /// Traces samples `first_sample .. first_sample + samples` of every pixel into the film on the device.
+    ///
+    /// # Errors
+    /// A lost device, or a buffer that would have to grow beyond the device's limits.
+    fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError>;
+
+    /// Runs every kernel once on next to nothing; the film is dirty afterwards.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError>;
+
+    fn wavefront(&self) -> &Wavefront;
+    fn wavefront_mut(&mut self) -> &mut Wavefront;
+}
+
+/// Makes the integrator that the settings ask for.
+///
+/// # Errors
+/// A kernel that does not compile, a buffer that does not fit.
+pub fn integrator(
+    context: &Context,
+    scene: DeviceScene,
+    camera: &Camera,
+    settings: Settings,
+) -> Result<Box<dyn Integrator>, DeviceError> {
+    Ok(match settings.method {
+        Method::Path => Box::new(path::PathIntegrator::new(context, scene, camera, settings)?),
+        _ => Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings)?),
+    })
 }

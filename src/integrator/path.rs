@@ -2,22 +2,17 @@
 //! Plain on purpose; it judges the others.
 
 use crate::device::Context;
-use crate::device::layout::Camera;
+use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 
-use super::Settings;
-use super::wavefront::Wavefront;
-
-/// Paths in flight on a software device: enough to hide the tail of a batch, few enough to stay in its caches and
-/// to keep a dispatch near 100 ms.
-const CPU_CAPACITY: u32 = 1 << 16;
-/// Paths in flight on a GPU.
-const GPU_CAPACITY: u32 = 1 << 20;
+use super::wavefront::{Bounce, Form, Size, Stage, Wavefront};
+use super::{Integrator, Settings};
 
 /// See the module.
 pub struct PathIntegrator {
-    pub wavefront: Wavefront,
+    wavefront: Wavefront,
+    bounce: Bounce,
 }
 
 impl PathIntegrator {
@@ -27,12 +22,51 @@ impl PathIntegrator {
     /// A kernel that does not compile, a buffer that does not fit.
     pub fn new(
         context: &Context,
-        mut scene: DeviceScene,
+        scene: DeviceScene,
         camera: &Camera,
         settings: Settings,
     ) -> Result<Self, DeviceError> {
-        let capacity = if context.is_cpu() { CPU_CAPACITY } else { GPU_CAPACITY };
-        let wavefront = Wavefront::new(context, &mut scene, camera, settings, capacity, "path_shade")?;
-        Ok(Self { wavefront })
+        let form = Form { cells: 1, ..Form::default() };
+        let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
+        let kernel = wavefront.compile(context, "path_shade", &[])?;
+        let shade = wavefront.bind_pair(context, &kernel)?;
+        let bounce = [0, 1].map(|parity: usize| {
+            let mut stages = vec![
+                Stage::new(&wavefront.closest_hit[parity], Size::Paths),
+                Stage::new(&shade[parity], Size::Paths),
+                Stage::new(&wavefront.advance, Size::Count(1)),
+            ];
+            stages.extend(wavefront.test_connections.iter().cloned());
+            stages
+        });
+        Ok(Self { wavefront, bounce })
+    }
+
+    fn trace(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
+        let first_rays = self.wavefront.camera_rays.clone();
+        let encoder = self.wavefront.start(context, batch, &first_rays)?;
+        self.wavefront.bounce(context, encoder, &self.bounce, batch.max_depth)?;
+        self.wavefront.accumulate(context, batch)
+    }
+}
+
+impl Integrator for PathIntegrator {
+    fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError> {
+        for batch in self.wavefront.batches(first_sample, samples) {
+            self.trace(context, &batch)?;
+        }
+        Ok(())
+    }
+
+    fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {
+        self.trace(context, &self.wavefront.tiny_batch())
+    }
+
+    fn wavefront(&self) -> &Wavefront {
+        &self.wavefront
+    }
+
+    fn wavefront_mut(&mut self) -> &mut Wavefront {
+        &mut self.wavefront
     }
 }

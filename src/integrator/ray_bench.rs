@@ -182,7 +182,7 @@ impl RayBench {
             .enumerate()
             .map(|(index, ray)| ShadowRay {
                 origin: ray.origin,
-                path: index as u32,
+                cell: index as u32,
                 direction: ray.direction,
                 t_max: ray.t_max,
                 contribution: [1.0; 3],

@@ -1,10 +1,14 @@
-//! The queues between kernels, and the loop over the surfaces of a batch of paths: trace, shade, advance, connect.
+//! The queues between kernels, and the loop over the surfaces of a batch of paths. An integrator says which stages a
+//! bounce has.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use crate::device::layout::{Batch, Camera, Counts, FilmPixel, FirstHitPixel, Hit, PathRay, ShadowRay};
+use crate::device::layout::{
+    Batch, Camera, Counts, EVERY_STRATEGY, FilmPixel, FirstHitPixel, Hit, PathRay, ShadowRay, SubPath,
+};
 use crate::device::scene::DeviceScene;
+use crate::device::shader::Features;
 use crate::device::timing::Timing;
 use crate::device::{Bound, BufferTable, Context, Kernel};
 use crate::error::DeviceError;
@@ -16,6 +20,11 @@ use super::Settings;
 const BOUNCES_A_SUBMISSION: u32 = 8;
 /// Depth is stored in 16 bits.
 const LARGEST_DEPTH: u32 = 0xffff;
+/// Paths in flight on a software device: enough to hide the tail of a batch, few enough to stay in its caches and
+/// to keep a dispatch near 100 ms.
+const CPU_CAPACITY: u32 = 1 << 16;
+/// Paths in flight on a GPU.
+const GPU_CAPACITY: u32 = 1 << 20;
 
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,135 +41,225 @@ impl Region {
     }
 }
 
-/// Rays traced so far, exactly.
+/// What was done so far, exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct RayCounts {
     pub closest_hit: u64,
+    /// Connections tested: those that would carry light.
     pub occlusion: u64,
+    /// Of the rays above, those of light paths.
+    pub light_closest_hit: u64,
+    /// Of the connections above, those of light paths to the camera.
+    pub light_occlusion: u64,
+    /// Vertices that light paths left in the cache.
+    pub light_vertices: u64,
 }
 
-/// The stages of one bounce with their buffers; paths change places between two buffers, hence two of each.
-struct Bounce {
-    closest_hit: Bound,
-    shade: Bound,
+/// How many invocations a stage has: known here, or read by the device from `arguments`.
+#[derive(Clone, Copy)]
+pub(super) enum Size {
+    Count(u32),
+    /// Paths in the queue.
+    Paths,
+    /// Connections in the queue.
+    Shadow,
+    /// Cells of the paths in the queue.
+    Cells,
+}
+
+/// A kernel of a bounce.
+#[derive(Clone)]
+pub(super) struct Stage {
+    pub kernel: Bound,
+    pub size: Size,
+}
+
+impl Stage {
+    pub fn new(kernel: &Bound, size: Size) -> Self {
+        Self { kernel: kernel.clone(), size }
+    }
+}
+
+/// The stages of a bounce. Paths change places between two buffers, hence two of each.
+pub(super) type Bounce = [Vec<Stage>; 2];
+
+/// What a wavefront is made for.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Form {
+    /// Connections that a path may have in flight.
+    pub cells: u32,
+    /// Rays carry what bidirectional weights need.
+    pub bidirectional: bool,
+    /// Light paths add to the film.
+    pub splats: bool,
 }
 
 /// Kernels and queues of a path-space wavefront.
 pub struct Wavefront {
     pub buffers: BufferTable,
-    settings: Settings,
-    capacity: u32,
-    camera_rays: Bound,
-    bounces: [Bounce; 2],
-    advance: Bound,
-    occlusion: Option<Bound>,
+    pub(super) settings: Settings,
+    pub(super) capacity: u32,
+    features: Features,
+    constants: Vec<(&'static str, f64)>,
+    swapped: Vec<(&'static str, [wgpu::Buffer; 2])>,
+    pub(super) camera_rays: Bound,
+    pub(super) closest_hit: [Bound; 2],
+    pub(super) advance: Bound,
+    /// Tests the connections in the queue; none where nothing connects.
+    pub(super) test_connections: Vec<Stage>,
     accumulate: Bound,
     first_hit: Option<Bound>,
     pub timing: Option<Timing>,
     pub compile_time: Duration,
+    /// What the device does not count apart.
+    pub(super) light_counts: RayCounts,
 }
 
 impl Wavefront {
-    /// Compiles the kernels and makes queues for `capacity` paths at a time.
+    /// Compiles the kernels that all integrators share, takes over the scene's buffers and makes the queues.
     ///
     /// # Errors
     /// A kernel that does not compile, a queue that does not fit.
-    pub fn new(
+    pub(super) fn new(
         context: &Context,
-        scene: &mut DeviceScene,
+        mut scene: DeviceScene,
         camera: &Camera,
         settings: Settings,
-        capacity: u32,
-        shade: &str,
+        form: Form,
     ) -> Result<Self, DeviceError> {
-        let features = scene.kernel_features();
+        let mut features = scene.kernel_features();
+        let connects = features.contains("lights");
+        if form.bidirectional {
+            features.insert("bidirectional");
+        }
+        if form.splats {
+            features.insert("splats");
+        }
+        let mut constants = std::mem::take(&mut scene.constants);
+        constants.push(("CELLS", f64::from(form.cells)));
+
         let mut compile_time = Duration::ZERO;
-        let mut compile = |name: &str, any_hit: bool| {
-            let mut features = features.clone();
-            if any_hit {
-                features.insert("any_hit");
-            }
-            let kernel = Kernel::new(context, name, &features, &scene.constants)?;
+        let mut compile = |name: &str, extra: &[&'static str]| {
+            let features = features.iter().chain(extra).copied().collect();
+            let kernel = Kernel::new(context, name, &features, &constants)?;
             compile_time += kernel.compile_time;
             Ok::<Kernel, DeviceError>(kernel)
         };
-        let camera_rays = compile("camera_rays", false)?;
-        let closest_hit = compile("closest_hit", false)?;
-        let shade = compile(shade, false)?;
-        let advance = compile("queue_advance", false)?;
-        let occlusion = if features.contains("lights") { Some(compile("occlusion", true)?) } else { None };
-        let accumulate = compile("film_accumulate", false)?;
-        let first_hit = if settings.first_hit { Some(compile("first_hit", false)?) } else { None };
+        let camera_rays = compile("camera_rays", &[])?;
+        let closest_hit = compile("closest_hit", &[])?;
+        let advance = compile("queue_advance", &[])?;
+        let tests = match connects {
+            true => Some((compile("shadow_advance", &[])?, compile("occlusion", &["any_hit"])?)),
+            false => None,
+        };
+        let accumulate = compile("film_accumulate", &[])?;
+        let first_hit = if settings.first_hit { Some(compile("first_hit", &[])?) } else { None };
 
+        let capacity = if context.is_cpu() { CPU_CAPACITY } else { GPU_CAPACITY };
         let mut buffers = std::mem::take(&mut scene.buffers);
         let bytes = |size: usize| u64::from(capacity) * size as u64;
-        let path_buffers = ["paths a", "paths b"]
-            .map(|name| buffers.create(context, name, bytes(size_of::<PathRay>())).cloned());
-        let [path_a, path_b] = path_buffers;
-        let (path_a, path_b) = (path_a?, path_b?);
+        let mut pair = |names: [&str; 2], size: usize| {
+            let first = buffers.create(context, names[0], bytes(size))?.clone();
+            Ok::<_, DeviceError>([first, buffers.create(context, names[1], bytes(size))?.clone()])
+        };
+        let mut swapped = vec![("paths", pair(["paths a", "paths b"], size_of::<PathRay>())?)];
+        if form.bidirectional {
+            swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
+        }
+        let cells = u64::from(form.cells);
         buffers.create(context, "hits", bytes(size_of::<Hit>()))?;
-        buffers.create(context, "radiance", bytes(16))?;
-        if occlusion.is_some() {
-            buffers.create(context, "shadow_rays", bytes(size_of::<ShadowRay>()))?;
+        buffers.create(context, "radiance", cells * bytes(16))?;
+        if connects {
+            buffers.create(context, "shadow_rays", cells * bytes(size_of::<ShadowRay>()))?;
         }
         buffers.create(context, "counts", size_of::<Counts>() as u64)?;
         buffers.create_with(
             context,
             "arguments",
-            32,
+            48,
             wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
         )?;
         let pixels = u64::from(settings.region.pixels());
         buffers.create(context, "film", pixels * size_of::<FilmPixel>() as u64)?;
+        if form.splats {
+            buffers.create(context, "splats", pixels * SPLAT_BYTES)?;
+        }
         if first_hit.is_some() {
             buffers.create(context, "first_hits", pixels * size_of::<FirstHitPixel>() as u64)?;
         }
         buffers.upload_uniform(context, "camera", &[*camera])?;
         buffers.upload_uniform(context, "batch", &[Batch::default()])?;
 
-        buffers.share("paths_in", path_a.clone());
-        buffers.share("paths_out", path_b.clone());
-        let camera_rays = camera_rays.bind(context, &buffers)?;
-        let even = Bounce {
-            closest_hit: closest_hit.bind(context, &buffers)?,
-            shade: shade.bind(context, &buffers)?,
-        };
+        let [camera_rays, _] = bind_pair(context, &mut buffers, &swapped, &camera_rays)?;
+        let closest_hit = bind_pair(context, &mut buffers, &swapped, &closest_hit)?;
         let advance = advance.bind(context, &buffers)?;
-        let occlusion = occlusion.map(|kernel| kernel.bind(context, &buffers)).transpose()?;
-        let accumulate = accumulate.bind(context, &buffers)?;
-        let first_hit = first_hit.map(|kernel| kernel.bind(context, &buffers)).transpose()?;
-        buffers.share("paths_in", path_b);
-        buffers.share("paths_out", path_a);
-        let odd = Bounce {
-            closest_hit: closest_hit.bind(context, &buffers)?,
-            shade: shade.bind(context, &buffers)?,
+        let test_connections = match &tests {
+            Some((advance, occlusion)) => vec![
+                Stage { kernel: advance.bind(context, &buffers)?, size: Size::Count(1) },
+                Stage { kernel: occlusion.bind(context, &buffers)?, size: Size::Shadow },
+            ],
+            None => Vec::new(),
         };
-        buffers.unshare("paths_in");
-        buffers.unshare("paths_out");
+        let accumulate = accumulate.bind(context, &buffers)?;
+        let first_hit = match first_hit {
+            Some(kernel) => Some(bind_pair(context, &mut buffers, &swapped, &kernel)?[0].clone()),
+            None => None,
+        };
         Ok(Self {
             buffers,
             settings,
             capacity,
+            features,
+            constants,
+            swapped,
             camera_rays,
-            bounces: [even, odd],
+            closest_hit,
             advance,
-            occlusion,
+            test_connections,
             accumulate,
             first_hit,
             timing: if settings.timing { Timing::new(context) } else { None },
             compile_time,
+            light_counts: RayCounts::default(),
         })
     }
 
-    /// Traces samples `first_sample .. first_sample + samples` of every pixel into the film on the device.
+    /// Something in the scene can be sampled as a light.
+    pub(super) fn has_lights(&self) -> bool {
+        self.features.contains("lights")
+    }
+
+    /// Masked or blended surfaces make every traversal draw numbers of its path.
+    pub(super) fn has_alpha(&self) -> bool {
+        self.features.contains("alpha")
+    }
+
+    /// Compiles a kernel of an integrator, with features beside those of the scene.
     ///
     /// # Errors
-    /// A lost device.
-    pub fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError> {
-        for batch in self.batches(first_sample, samples) {
-            self.trace(context, &batch)?;
-        }
-        Ok(())
+    /// A kernel that does not compile.
+    pub(super) fn compile(
+        &mut self,
+        context: &Context,
+        name: &str,
+        extra: &[&'static str],
+    ) -> Result<Kernel, DeviceError> {
+        let features = self.features.iter().chain(extra).copied().collect();
+        let kernel = Kernel::new(context, name, &features, &self.constants)?;
+        self.compile_time += kernel.compile_time;
+        Ok(kernel)
+    }
+
+    /// Binds a kernel that reads `*_in` and writes `*_out`: for even and for odd bounces.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub(super) fn bind_pair(
+        &mut self,
+        context: &Context,
+        kernel: &Kernel,
+    ) -> Result<[Bound; 2], DeviceError> {
+        bind_pair(context, &mut self.buffers, &self.swapped, kernel)
     }
 
     /// Sums what the camera sees first over `samples` samples of every pixel, and takes the sums.
@@ -170,10 +269,10 @@ impl Wavefront {
     pub fn first_hits(&mut self, context: &Context, samples: u32) -> Result<Vec<FirstHitPixel>, DeviceError> {
         for batch in self.batches(0, samples) {
             let paths = batch.pixel_count * batch.sample_count;
-            let mut encoder = self.start(context, &batch)?;
-            record(&mut encoder, &mut self.timing, &self.bounces[0].closest_hit, Size::Count(paths));
+            let mut encoder = self.start(context, &batch, &self.camera_rays.clone())?;
+            record(&mut encoder, &mut self.timing, &self.closest_hit[0], Extent::Count(paths));
             if let Some(first_hit) = &self.first_hit {
-                record(&mut encoder, &mut self.timing, first_hit, Size::Count(batch.pixel_count));
+                record(&mut encoder, &mut self.timing, first_hit, Extent::Count(batch.pixel_count));
             }
             context.queue.submit([encoder.finish()]);
         }
@@ -181,37 +280,50 @@ impl Wavefront {
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
     }
 
-    /// Runs every kernel once, on one pixel, and forgets the result: drivers compile at the first dispatch.
+    /// Forgets all that was rendered and counted.
     ///
     /// # Errors
     /// A lost device.
-    pub fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {
-        let mut batch = self.batches(0, 1)[0];
-        (batch.pixel_count, batch.max_depth) = (1, 2);
-        self.trace(context, &batch)?;
-        self.take_film(context)?;
+    pub fn reset(&mut self, context: &Context) -> Result<(), DeviceError> {
         let mut encoder = context.device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(self.buffers.get("counts")?, 0, None);
+        for name in ["film", "counts", "splats"] {
+            if let Ok(buffer) = self.buffers.get(name) {
+                encoder.clear_buffer(buffer, 0, None);
+            }
+        }
         context.queue.submit([encoder.finish()]);
+        self.light_counts = RayCounts::default();
         if let Some(timing) = &mut self.timing {
             timing.totals.clear();
         }
         context.wait()
     }
 
+    /// A batch of one path of the first pixel, to make drivers compile: they do so at the first dispatch.
+    pub(super) fn tiny_batch(&self) -> Batch {
+        Batch { pixel_count: 1, sample_count: 1, max_depth: 2, ..self.batches(0, 1)[0] }
+    }
+
     /// Cuts samples into batches that the queues hold: whole rounds over small pictures, parts of large ones.
-    fn batches(&self, first_sample: u32, samples: u32) -> Vec<Batch> {
+    pub(super) fn batches(&self, first_sample: u32, samples: u32) -> Vec<Batch> {
         let pixels = self.settings.region.pixels();
         let pixels_a_batch = pixels.min(self.capacity);
         let samples_a_batch = (self.capacity / pixels).max(1);
+        let strategy = self.settings.strategy;
         let template = Batch {
             width: self.settings.width,
             height: self.settings.height,
             crop_x: self.settings.region.x,
             crop_y: self.settings.region.y,
             crop_width: self.settings.region.width,
+            crop_height: self.settings.region.height,
             seed: seed_key(self.settings.seed),
+            // Another stream than any user's seed gives the eye paths.
+            light_seed: seed_key(!self.settings.seed).wrapping_add(LIGHT_STREAM),
             max_depth: self.settings.max_depth.unwrap_or(LARGEST_DEPTH).min(LARGEST_DEPTH),
+            only_s: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.s),
+            only_t: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.t),
+            weighted: u32::from(strategy.is_none_or(|strategy| strategy.weighted)),
             ..Batch::default()
         };
         let mut batches = Vec::new();
@@ -229,22 +341,52 @@ impl Wavefront {
         batches
     }
 
-    /// Fills the queue with the camera rays of a batch.
-    fn start(&mut self, context: &Context, batch: &Batch) -> Result<wgpu::CommandEncoder, DeviceError> {
+    /// Fills the queue with the first rays of a batch.
+    pub(super) fn start(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        first_rays: &Bound,
+    ) -> Result<wgpu::CommandEncoder, DeviceError> {
         self.buffers.write(context, "batch", bytemuck::bytes_of(batch))?;
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let paths = batch.pixel_count * batch.sample_count;
-        record(&mut encoder, &mut self.timing, &self.camera_rays, Size::Count(paths));
-        record(&mut encoder, &mut self.timing, &self.advance, Size::Count(1));
+        record(&mut encoder, &mut self.timing, first_rays, Extent::Count(paths));
+        record(&mut encoder, &mut self.timing, &self.advance, Extent::Count(1));
         Ok(encoder)
     }
 
-    fn trace(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
-        let mut encoder = self.start(context, batch)?;
+    /// Records stages one after the other.
+    pub(super) fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stages: &[Stage],
+    ) -> Result<(), DeviceError> {
+        let arguments = self.buffers.get("arguments")?;
+        for stage in stages {
+            let extent = match stage.size {
+                Size::Count(count) => Extent::Count(count),
+                Size::Paths => Extent::Indirect(arguments, 0),
+                Size::Shadow => Extent::Indirect(arguments, 16),
+                Size::Cells => Extent::Indirect(arguments, 32),
+            };
+            record(encoder, &mut self.timing, &stage.kernel, extent);
+        }
+        Ok(())
+    }
+
+    /// Bounces until no path is left, but `max_bounces` at most. What `encoder` holds goes before.
+    pub(super) fn bounce(
+        &mut self,
+        context: &Context,
+        mut encoder: wgpu::CommandEncoder,
+        stages: &Bounce,
+        max_bounces: u32,
+    ) -> Result<(), DeviceError> {
         let mut depth = 0;
         loop {
-            for _ in 0..BOUNCES_A_SUBMISSION.min(batch.max_depth - depth) {
-                self.bounce(&mut encoder, depth as usize % 2)?;
+            for _ in 0..BOUNCES_A_SUBMISSION.min(max_bounces - depth) {
+                self.record(&mut encoder, &stages[depth as usize % 2])?;
                 depth += 1;
             }
             context.queue.submit([encoder.finish()]);
@@ -252,40 +394,42 @@ impl Wavefront {
             if let Some(timing) = &mut self.timing {
                 timing.collect(context)?;
             }
-            if depth >= batch.max_depth || self.counts(context)?.paths_in == 0 {
-                break;
+            if depth >= max_bounces || self.counts(context)?.paths_in == 0 {
+                return Ok(());
             }
         }
-        record(&mut encoder, &mut self.timing, &self.accumulate, Size::Count(batch.pixel_count));
+    }
+
+    /// Adds a batch to the film.
+    pub(super) fn accumulate(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
+        let stage = Stage::new(&self.accumulate, Size::Count(batch.pixel_count));
+        self.submit(context, &[stage])
+    }
+
+    /// Submits stages on their own.
+    pub(super) fn submit(&mut self, context: &Context, stages: &[Stage]) -> Result<(), DeviceError> {
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, stages)?;
         context.queue.submit([encoder.finish()]);
         Ok(())
     }
 
-    fn bounce(&mut self, encoder: &mut wgpu::CommandEncoder, parity: usize) -> Result<(), DeviceError> {
-        let arguments = self.buffers.get("arguments")?;
-        let stages = &self.bounces[parity];
-        record(encoder, &mut self.timing, &stages.closest_hit, Size::Indirect(arguments, 0));
-        record(encoder, &mut self.timing, &stages.shade, Size::Indirect(arguments, 0));
-        record(encoder, &mut self.timing, &self.advance, Size::Count(1));
-        if let Some(occlusion) = &self.occlusion {
-            record(encoder, &mut self.timing, occlusion, Size::Indirect(arguments, 16));
-        }
-        Ok(())
-    }
-
-    fn counts(&self, context: &Context) -> Result<Counts, DeviceError> {
+    pub(super) fn counts(&self, context: &Context) -> Result<Counts, DeviceError> {
         let bytes = self.buffers.read(context, "counts", size_of::<Counts>() as u64)?;
         Ok(bytemuck::pod_read_unaligned(&bytes))
     }
 
-    /// Rays traced so far; waits for the device.
+    /// What was done so far; waits for the device.
     ///
     /// # Errors
     /// A lost device.
     pub fn ray_counts(&self, context: &Context) -> Result<RayCounts, DeviceError> {
         let counts = self.counts(context)?;
-        let total = |words: [u32; 2]| u64::from(words[0]) | u64::from(words[1]) << 32;
-        Ok(RayCounts { closest_hit: total(counts.closest_total), occlusion: total(counts.shadow_total) })
+        Ok(RayCounts {
+            closest_hit: total(counts.closest_total),
+            occlusion: total(counts.shadow_total),
+            ..self.light_counts
+        })
     }
 
     /// The film's sums since they were last taken; waits for the device.
@@ -315,18 +459,49 @@ impl Wavefront {
     }
 }
 
-/// How large a dispatch is: known here, or read by the device at an offset in bytes.
-enum Size<'a> {
+/// Seven words a pixel: `shaders/bind/splats.wgsl`.
+const SPLAT_BYTES: u64 = 28;
+/// Sets the numbers of light paths apart from those of eye paths.
+const LIGHT_STREAM: u32 = 0x9e37_79b9;
+
+/// A total of the device.
+pub(super) fn total(words: [u32; 2]) -> u64 {
+    u64::from(words[0]) | u64::from(words[1]) << 32
+}
+
+fn bind_pair(
+    context: &Context,
+    buffers: &mut BufferTable,
+    swapped: &[(&'static str, [wgpu::Buffer; 2])],
+    kernel: &Kernel,
+) -> Result<[Bound; 2], DeviceError> {
+    let mut bind = |read: usize| {
+        for (name, pair) in swapped {
+            buffers.share(&format!("{name}_in"), pair[read].clone());
+            buffers.share(&format!("{name}_out"), pair[1 - read].clone());
+        }
+        let bound = kernel.bind(context, buffers);
+        for (name, _) in swapped {
+            buffers.unshare(&format!("{name}_in"));
+            buffers.unshare(&format!("{name}_out"));
+        }
+        bound
+    };
+    Ok([bind(0)?, bind(1)?])
+}
+
+/// A [`Size`] as the encoder wants it: an offset in bytes where the device decides.
+enum Extent<'a> {
     Count(u32),
     Indirect(&'a wgpu::Buffer, u64),
 }
 
-fn record(encoder: &mut wgpu::CommandEncoder, timing: &mut Option<Timing>, kernel: &Bound, size: Size) {
+fn record(encoder: &mut wgpu::CommandEncoder, timing: &mut Option<Timing>, kernel: &Bound, extent: Extent) {
     let timestamp_writes = timing.as_mut().and_then(|timing| timing.writes(&kernel.name));
     let mut pass = encoder
         .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&kernel.name), timestamp_writes });
-    match size {
-        Size::Count(invocations) => kernel.dispatch(&mut pass, invocations),
-        Size::Indirect(arguments, offset) => kernel.dispatch_indirect(&mut pass, arguments, offset),
+    match extent {
+        Extent::Count(invocations) => kernel.dispatch(&mut pass, invocations),
+        Extent::Indirect(arguments, offset) => kernel.dispatch_indirect(&mut pass, arguments, offset),
     }
 }

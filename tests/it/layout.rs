@@ -29,6 +29,8 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     PathRay,
     Hit,
     ShadowRay,
+    SubPath,
+    LightVertex,
     Counts,
     FilmPixel,
     Material,

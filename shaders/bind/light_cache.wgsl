@@ -1,0 +1,36 @@
+// The light vertex cache: the vertices of an iteration's light paths, for eye paths to connect to. Depth 0 is the
+// point on the light. Delta vertices are not in it: no connection can end at one.
+
+/// 64 bytes. Everything that a connection needs is stored or follows from the triangle.
+struct LightVertex {
+    /// Of the light that arrives: throughput over density of the sub-path up to here, the BSDF here not included. At
+    /// depth 0 emitted radiance (intensity, irradiance of a punctual light) over density.
+    weight: vec3f,
+    /// Triangle, or index of the punctual light.
+    index: u32,
+    /// Unit direction to the vertex before; at depth 0 to an infinitely far light.
+    world_from: vec3f,
+    /// Depth in the low 16 bits; above them 0, or at depth 0 LIGHT_* plus one.
+    depth_kind: u32,
+    b1: f32,
+    b2: f32,
+    /// Density of this vertex per area from the one before, roulette included; per solid angle for an environment.
+    pdf_area: f32,
+    /// lib/mis
+    ratio: f32,
+    /// Turns a density per solid angle towards the vertex before into its density per area there.
+    to_previous: f32,
+    /// Density of connecting this vertex, as an eye vertex, to the one before: lib/mis.
+    edge: f32,
+    /// Light path, and the vertex's number among those that the path has in the cache.
+    path: u32,
+    number: u32,
+}
+
+@group(3) @binding(0) var<storage, read_write> light_vertices: array<LightVertex>;
+/// How many vertices each light path has in the cache.
+@group(3) @binding(1) var<storage, read_write> light_path_lengths: array<u32>;
+/// Their sums: where each path's vertices begin in `light_order`, and the end of the last.
+@group(3) @binding(2) var<storage, read_write> light_path_offsets: array<u32>;
+/// Indices into the cache by path and number. The order in the cache itself changes from run to run.
+@group(3) @binding(3) var<storage, read_write> light_order: array<u32>;

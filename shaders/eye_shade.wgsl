@@ -1,0 +1,85 @@
+#import bind/accel
+#import bind/queue
+#import lib/hit
+#import lib/medium
+#import lib/path_key
+#import lib/subpath
+#if lights
+#import lib/emission
+#import lib/light
+#endif
+
+// An eye path's next surface: light that it found by chance, with its weight, and the path goes on.
+
+fn add_radiance(path: u32, depth: u32, light: vec3f, weight: f32) {
+    if (batch.only_s != EVERY_STRATEGY) && (batch.only_s != 0u || batch.only_t != depth + 2u) {
+        return;
+    }
+    radiance[path * CELLS] += vec4f(light * select(1.0, weight, batch.weighted != 0u), 0.0);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let index = invocation(id);
+    if index >= counts.paths_in {
+        return;
+    }
+    let ray = paths_in[index];
+    let hit = hits[index];
+    let previous = sub_paths_in[index];
+    let depth = ray.depth_medium & 0xffffu;
+    // What the camera sees directly has no other strategy.
+    let edge = edge_density(previous.flags, false);
+    if hit.triangle == NO_TRIANGLE {
+#if environment
+        var weight = 1.0;
+        if depth > 0u {
+            let pdf_previous = abs(dot(ray.direction, previous.normal)) * disk_pdf_area();
+            let pdf_light = environment_pdf_solid(ray.direction);
+            weight = hit_weight(edge, previous.ratio, pdf_previous, pdf_light, ray.pdf_solid);
+        }
+        add_radiance(ray.path, depth, ray.throughput * environment_radiance(ray.direction), weight);
+#endif
+        return;
+    }
+    let point = surface_point(hit.triangle, hit.b1, hit.b2);
+    let arrival = arrive(point, ray.direction, ray.pdf_solid, previous);
+    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    let throughput = ray.throughput * transmittance(medium, hit.t);
+#if area_lights
+    let light_index = triangles[hit.triangle].light;
+    if light_index != 0u {
+        var weight = 1.0;
+        if depth > 0u {
+            let pdf_previous = emission_pdf_solid(point, arrival.world_from) * arrival.to_previous;
+            let pdf_light = lights[light_index - 1u].pdf_select / point.area;
+            weight = hit_weight(edge, previous.ratio, pdf_previous, pdf_light, arrival.pdf_area);
+        }
+        add_radiance(ray.path, depth, throughput * point_emission(point, arrival.world_from), weight);
+    }
+#endif
+    if depth + 1u >= batch.max_depth {
+        return;
+    }
+#if unlit
+    if (materials[point.material].flags & MATERIAL_UNLIT) != 0u {
+        return;
+    }
+#endif
+    let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
+    let departure = sample_departure(point, point_surface(point), point_frame(point), arrival, u, true);
+    let next_throughput = throughput * departure.weight;
+    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
+        return;
+    }
+    let slot = atomicAdd(&counts.paths_out, 1u);
+    paths_out[slot] = PathRay(
+        ray_origin(point, departure.direction),
+        ray.path,
+        departure.direction,
+        departure.pdf_solid,
+        next_throughput,
+        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
+    );
+    sub_paths_out[slot] = departure.next;
+}

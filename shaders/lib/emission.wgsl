@@ -1,0 +1,148 @@
+#import bind/lights
+#import bind/subpath
+#import lib/alias
+#import lib/frame
+#import lib/hit
+#import lib/rng
+#import lib/sampling
+#if environment
+#import lib/equal_area
+#endif
+
+// Light from the light's side: points on lights, and the rays that leave them. `lib/light` samples the same
+// points as seen from a surface; both have the same densities.
+
+/// Radius of the disk that parallel light passes on its way to the scene, which lies around the origin.
+override SCENE_RADIUS: f32 = 1.0;
+
+/// Density per area, across the direction, of parallel light.
+fn disk_pdf_area() -> f32 {
+    return INV_PI / (SCENE_RADIUS * SCENE_RADIUS);
+}
+
+/// Sides that a surface emits from.
+fn emitting_sides(point: SurfacePoint) -> f32 {
+    return select(1.0, 2.0, (materials[point.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+}
+
+/// Density per solid angle of the directions in which a surface emits; 0 where it does not.
+fn emission_pdf_solid(point: SurfacePoint, direction: vec3f) -> f32 {
+    let sides = emitting_sides(point);
+    let cosine = dot(direction, point.world_ng);
+    return max(select(cosine, abs(cosine), sides == 2.0), 0.0) * INV_PI / sides;
+}
+
+#if punctual_lights
+/// 1 - cosine of the half angle of the cone that a point or spot light shines into.
+fn emission_cone(light: PunctualLight, is_spot: bool) -> f32 {
+    // The cosine at which the falloff reaches zero.
+    return select(2.0, 1.0 + light.angle_offset / light.angle_scale, is_spot);
+}
+
+/// Intensity of a point or spot light in a direction, as a share of its largest.
+fn emission_falloff(light: PunctualLight, direction: vec3f, is_spot: bool) -> f32 {
+    let cosine = dot(direction, light.direction);
+    let falloff = clamp(cosine * light.angle_scale + light.angle_offset, 0.0, 1.0);
+    return select(1.0, falloff * falloff, is_spot);
+}
+#endif
+
+/// A point on a light and the ray that leaves it.
+struct Emission {
+    /// LIGHT_*; index of the triangle or punctual light.
+    kind: u32,
+    index: u32,
+    b1: f32,
+    b2: f32,
+    /// Density of the point per area (per solid angle of an environment; probability of a punctual light).
+    pdf_light: f32,
+    /// Radiance, intensity or irradiance over that density.
+    weight: vec3f,
+    origin: vec3f,
+    direction: vec3f,
+    /// Density of the direction per solid angle (area across it of parallel light), and what the ray carries.
+    pdf_solid: f32,
+    throughput: vec3f,
+    /// Position and normal of the light as the next vertex sees it, SUBPATH_* flags.
+    position: vec3f,
+    normal: vec3f,
+    flags: u32,
+}
+
+/// A ray of parallel light towards the scene.
+fn emit_parallel(emission: ptr<function, Emission>, direction: vec3f, u: vec2f) {
+    let frame = frame_from_normal(direction);
+    let disk = sample_disk(u) * SCENE_RADIUS;
+    (*emission).direction = direction;
+    (*emission).origin = disk.x * frame.tangent + disk.y * frame.bitangent - 2.0 * SCENE_RADIUS * direction;
+    (*emission).pdf_solid = disk_pdf_area();
+    (*emission).throughput = (*emission).weight / disk_pdf_area();
+    (*emission).flags = SUBPATH_INFINITE;
+}
+
+/// `words`, `point_words`: which light and where on it; `u`: direction.
+fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
+    var emission: Emission;
+    let draw = alias_draw(words.xy, arrayLength(&lights));
+    let index = alias_pick(draw, lights[draw.slot].threshold, lights[draw.slot].alias_index);
+    let light = lights[index];
+    emission.kind = light.kind;
+    emission.index = light.index;
+    let u_point = vec2f(uniform_from_word(words.z), uniform_from_word(words.w));
+    switch light.kind {
+#if area_lights
+        case LIGHT_TRIANGLE: {
+            let b = sample_triangle(u_point);
+            let point = surface_point(light.index, b.y, b.z);
+            let sides = emitting_sides(point);
+            let side = select(1.0, -1.0, sides == 2.0 && u.z < 0.5);
+            let frame = frame_from_normal(side * point.world_ng);
+            emission.b1 = b.y;
+            emission.b2 = b.z;
+            emission.pdf_light = light.pdf_select / point.area;
+            emission.weight = point_emission(point, frame.normal) * point_presence(point) / emission.pdf_light;
+            emission.direction = to_world(frame, sample_cosine_hemisphere(u.xy));
+            emission.pdf_solid = emission_pdf_solid(point, emission.direction);
+            emission.throughput = emission.weight * (PI * sides);
+            emission.origin = ray_origin(point, emission.direction);
+            emission.position = point.position;
+            emission.normal = point.world_ng;
+        }
+#endif
+#if environment
+        case LIGHT_ENVIRONMENT: {
+            let texels = ENVIRONMENT_SIZE * ENVIRONMENT_SIZE;
+            let slot = alias_draw(point_words.xy, texels);
+            let texel = alias_pick(slot, environment_alias[slot.slot].x, environment_alias[slot.slot].y);
+            let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
+            let to_light = square_to_sphere((corner + u_point) / f32(ENVIRONMENT_SIZE));
+            emission.pdf_light = light.pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
+            emission.weight = environment_texels[texel].rgb / emission.pdf_light;
+            emit_parallel(&emission, -to_light, u.xy);
+        }
+#endif
+#if punctual_lights
+        case LIGHT_DIRECTIONAL: {
+            emission.pdf_light = light.pdf_select;
+            emission.weight = punctual_lights[light.index].intensity / light.pdf_select;
+            emit_parallel(&emission, punctual_lights[light.index].direction, u.xy);
+        }
+        case LIGHT_POINT, LIGHT_SPOT: {
+            let punctual = punctual_lights[light.index];
+            let is_spot = light.kind == LIGHT_SPOT;
+            let cone = emission_cone(punctual, is_spot);
+            let frame = frame_from_normal(select(vec3f(0.0, 0.0, 1.0), punctual.direction, is_spot));
+            emission.pdf_light = light.pdf_select;
+            emission.weight = punctual.intensity / light.pdf_select;
+            emission.direction = to_world(frame, sample_uniform_cone(u.xy, cone));
+            emission.pdf_solid = uniform_cone_pdf_solid(cone);
+            let falloff = emission_falloff(punctual, emission.direction, is_spot);
+            emission.throughput = emission.weight * (falloff / emission.pdf_solid);
+            emission.origin = punctual.position;
+            emission.position = punctual.position;
+        }
+#endif
+        default: {}
+    }
+    return emission;
+}

@@ -1,0 +1,117 @@
+#import bind/batch
+#import bind/queue
+#import bind/subpath
+#import lib/hit
+#import lib/mis
+#import lib/roulette
+#import lib/shading
+
+// One vertex of a sub-path, the same from the eye and from the light: what is known on arrival, and the step to
+// the next ray. Densities per area use the stored positions of both ends: the offset of a ray's origin turns its
+// direction a little, and weights would miss one.
+
+/// A vertex as seen from its own sub-path.
+struct Arrival {
+    /// Unit direction to the vertex before.
+    world_from: vec3f,
+    /// Density of this vertex per area, roulette included.
+    pdf_area: f32,
+    /// Turns a density per solid angle towards the vertex before into its density per area there.
+    to_previous: f32,
+    ratio: f32,
+    flags: u32,
+}
+
+/// `direction` and `pdf_solid` of the ray that came from `previous`.
+fn arrive(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> Arrival {
+    if (previous.flags & SUBPATH_INFINITE) != 0u {
+        let pdf_area = pdf_solid * abs(dot(direction, point.world_ng));
+        return Arrival(-direction, pdf_area, 1.0, previous.ratio, previous.flags);
+    }
+    let span = previous.position - point.position;
+    let inv_distance_sq = 1.0 / dot(span, span);
+    let world_from = span * sqrt(inv_distance_sq);
+    let has_normal = any(previous.normal != vec3f(0.0));
+    let cos_previous = select(1.0, abs(dot(world_from, previous.normal)), has_normal);
+    return Arrival(
+        world_from,
+        pdf_solid * abs(dot(world_from, point.world_ng)) * inv_distance_sq,
+        cos_previous * inv_distance_sq,
+        previous.ratio,
+        previous.flags,
+    );
+}
+
+/// c of lib/mis between the vertex that `flags` describes and the one after it.
+fn edge_density(flags: u32, is_delta: bool) -> f32 {
+    if is_delta || (flags & SUBPATH_DELTA) != 0u {
+        return 0.0;
+    }
+    return select(batch.connection_density, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
+}
+
+/// `mis_step` at a vertex for a density towards the vertex before, per solid angle, roulette included.
+fn arrival_step(arrival: Arrival, pdf_back_solid: f32, is_delta: bool) -> f32 {
+    let edge = edge_density(arrival.flags, is_delta);
+    return mis_step(arrival.ratio, pdf_back_solid * arrival.to_previous, edge, arrival.pdf_area);
+}
+
+/// Whether and how a sub-path goes on.
+struct Departure {
+    goes_on: bool,
+    direction: vec3f,
+    /// Roulette included.
+    pdf_solid: f32,
+    /// f |cos| / density.
+    weight: vec3f,
+    next: SubPath,
+}
+
+/// The step over a vertex along `direction`, once it is chosen, with its densities in both directions.
+fn depart(
+    point: SurfacePoint, arrival: Arrival, is_delta: bool, pdf_back_solid: f32,
+) -> SubPath {
+    return SubPath(
+        point.position,
+        arrival_step(arrival, pdf_back_solid, is_delta),
+        point.world_ng,
+        select(0u, SUBPATH_DELTA, is_delta),
+    );
+}
+
+/// Samples the next ray. `u.w` decides the roulette.
+fn sample_departure(
+    point: SurfacePoint, surface: Surface, frame: ShadingFrame, arrival: Arrival, u: vec4f, from_eye: bool,
+) -> Departure {
+    var departure: Departure;
+    let survives = survival(surface);
+    if u.w >= survives {
+        return departure;
+    }
+    let sample = shading_sample_direction(surface, frame, arrival.world_from, u.xyz, from_eye);
+    if sample.pdf_solid == 0.0 {
+        return departure;
+    }
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
+    var weight = sample.weight;
+    var pdf_solid = sample.pdf_solid;
+    var pdf_back_solid = 0.0;
+    if is_delta {
+        pdf_back_solid = sample.pdf_solid * delta_measure(surface, frame, arrival.world_from);
+        pdf_solid *= delta_measure(surface, frame, sample.w);
+    } else {
+        let value = shading_evaluate(surface, frame, arrival.world_from, sample.w, from_eye);
+        if value.pdf_solid == 0.0 {
+            return departure;
+        }
+        weight = value.f * (abs(dot(sample.w, point.world_ng)) / value.pdf_solid);
+        pdf_solid = value.pdf_solid;
+        pdf_back_solid = value.pdf_back_solid;
+    }
+    departure.goes_on = any(weight > vec3f(0.0));
+    departure.direction = sample.w;
+    departure.pdf_solid = pdf_solid * survives;
+    departure.weight = weight / survives;
+    departure.next = depart(point, arrival, is_delta, pdf_back_solid * survives);
+    return departure;
+}

@@ -1,0 +1,81 @@
+#import bind/accel
+#import bind/queue
+#import lib/hit
+#import lib/medium
+#import lib/path_key
+#import lib/subpath
+#if light_cache
+#import bind/light_cache
+#endif
+
+// A light path's next surface: its vertex goes to the cache, and the path goes on.
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let index = invocation(id);
+    if index >= counts.paths_in {
+        return;
+    }
+    let ray = paths_in[index];
+    let hit = hits[index];
+    if hit.triangle == NO_TRIANGLE {
+        return;
+    }
+    let point = surface_point(hit.triangle, hit.b1, hit.b2);
+    let depth = ray.depth_medium & 0xffffu;
+#if unlit
+    if (materials[point.material].flags & MATERIAL_UNLIT) != 0u {
+        return;
+    }
+#endif
+    let arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    let throughput = ray.throughput * transmittance(medium, hit.t);
+    let surface = point_surface(point);
+#if light_cache
+    if depth + 2u <= batch.max_depth && (surface.flags & SURFACE_DELTA) == 0u {
+        let light_path = batch.first_light_path + ray.path;
+        let number = light_path_lengths[light_path];
+        light_path_lengths[light_path] = number + 1u;
+        atomicMax(&counts.longest_light_path, number + 1u);
+        let slot = atomicAdd(&counts.light_vertices, 1u);
+        if slot < arrayLength(&light_vertices) {
+            light_vertices[slot] = LightVertex(
+                throughput,
+                hit.triangle,
+                arrival.world_from,
+                depth,
+                hit.b1,
+                hit.b2,
+                arrival.pdf_area,
+                arrival.ratio,
+                arrival.to_previous,
+                edge_density(arrival.flags, false),
+                light_path,
+                number,
+            );
+        }
+    }
+#endif
+    // The vertex to come needs room for an eye vertex, or for the camera alone.
+    let room = select(2u, 1u, batch.camera_paths > 0.0);
+    if depth + 1u + room > batch.max_depth {
+        return;
+    }
+    let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
+    let departure = sample_departure(point, surface, point_frame(point), arrival, u, false);
+    let next_throughput = throughput * departure.weight;
+    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
+        return;
+    }
+    let slot_out = atomicAdd(&counts.paths_out, 1u);
+    paths_out[slot_out] = PathRay(
+        ray_origin(point, departure.direction),
+        ray.path,
+        departure.direction,
+        departure.pdf_solid,
+        next_throughput,
+        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
+    );
+    sub_paths_out[slot_out] = departure.next;
+}
