@@ -203,6 +203,19 @@ impl<'a> Renderer<'a> {
         })
     }
 
+    /// Starts anew with another seed, and with one strategy of a bidirectional method alone (or all of them).
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn restart(&mut self, seed: u64, strategy: Option<Strategy>) -> Result<(), RenderError> {
+        self.integrator.wavefront_mut().choose(seed, strategy);
+        self.integrator.wavefront_mut().reset(self.context)?;
+        self.sums = FilmSums::new(self.sums.width, self.sums.height);
+        self.samples = 0;
+        self.elapsed = Duration::ZERO;
+        Ok(())
+    }
+
     /// Renders until a limit of the budget is met or `interrupted` says so; it is asked after every round.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ mod devices;
 mod info;
 mod input;
 mod render;
+mod strategies;
 
 use clap::{Parser, Subcommand};
 

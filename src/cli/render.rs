@@ -8,10 +8,10 @@ use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::Exit;
 use super::input::{
     InputError, SceneArgs, choose_camera, default_output, parse_crop, parse_duration, parse_size,
 };
+use super::{Exit, strategies};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
 use crate::film::{Attribute, Picture, exr, png, tev};
@@ -79,6 +79,10 @@ pub struct RenderArgs {
     /// Exposure of the PNG in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
     exposure: f32,
+    /// Also write every strategy (s light, t eye vertices) of a bidirectional integrator as a picture of its own, as
+    /// its weighted share and alone, with an overview of all; each takes the budget once more. Needs --max-depth.
+    #[arg(long, value_name = "DIR")]
+    strategies: Option<PathBuf>,
     /// Write a report with times, memory, rays and features.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -175,6 +179,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         }
     }
     let options = options(args, &scene, camera)?;
+    let strategies = match args.strategies {
+        Some(_) => strategies::list(options.method, options.max_depth)?,
+        None => Vec::new(),
+    };
     install_interrupt();
     let mut renderer = Renderer::new(&context, &scene, options.clone())?;
     let bar = progress_bar(quiet, &options.budget);
@@ -221,6 +229,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     }
     for output in &outputs {
         println!("{}", output.display());
+    }
+    if let Some(directory) = args.strategies.as_deref().filter(|_| stop != Stop::Interrupted) {
+        let interrupted = || INTERRUPTED.load(Ordering::Relaxed);
+        strategies::write(&mut renderer, &options, &strategies, directory, args.view, interrupted)?;
+        println!("{}", directory.display());
     }
     Ok(if report.non_finite > 0 {
         eprintln!(

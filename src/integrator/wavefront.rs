@@ -14,7 +14,7 @@ use crate::device::{Bound, BufferTable, Context, Kernel};
 use crate::error::DeviceError;
 use crate::math::rng::seed_key;
 
-use super::Settings;
+use super::{Settings, Strategy};
 
 /// Surfaces between two looks at how many paths are left.
 const BOUNCES_A_SUBMISSION: u32 = 8;
@@ -278,6 +278,12 @@ impl Wavefront {
         }
         let bytes = u64::from(self.settings.region.pixels()) * size_of::<FirstHitPixel>() as u64;
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
+    }
+
+    /// From now on renders with this seed, and of all strategies this one only.
+    pub fn choose(&mut self, seed: u64, strategy: Option<Strategy>) {
+        self.settings.seed = seed;
+        self.settings.strategy = strategy;
     }
 
     /// Forgets all that was rendered and counted.

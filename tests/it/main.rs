@@ -4,6 +4,7 @@
 
 mod against_judge;
 mod alias;
+mod bidirectional;
 mod bsdf;
 mod bsdf_f64;
 mod builtin;

@@ -183,13 +183,14 @@ fn c15_camera_rays() {
         crop_x: 10,
         crop_y: 20,
         crop_width: 30,
+        crop_height: 40,
         first_pixel: 60,
         pixel_count: 400,
         first_sample: 5,
         sample_count: 3,
         seed: 99,
         max_depth: 1,
-        pad: 0,
+        ..Batch::default()
     };
     let paths = batch.pixel_count * batch.sample_count;
     for camera in &scene.cameras {

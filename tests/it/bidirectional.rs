@@ -1,0 +1,322 @@
+//! The bidirectional integrators against closed forms and the path tracer (C-05, C-08, C-11, C-12, C-14, N-10), and
+//! what only they can get wrong.
+
+use glam::{DVec3, Vec3};
+use halfway::integrator::{Method, Strategy};
+use halfway::render::{RenderOptions, Renderer};
+use halfway::scene::builtin::{builtin, closed, shapes};
+use halfway::scene::{Material, PunctualLight, Scene};
+
+use crate::gpu;
+use crate::judge::{grey, horizontal, lamp, scene};
+use crate::shots::{options, render};
+use crate::stats::{Moments, assert_equal_tiles, tile_means};
+
+const BDPT: Method = Method::Bdpt { light_tracing: false };
+const BDPT_T1: Method = Method::Bdpt { light_tracing: true };
+const LIGHT: Method = Method::Light { light_paths: None };
+
+fn lvcbpt(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
+    Method::LvcBpt { light_paths: Some(light_paths), connections, light_tracing }
+}
+
+fn shown(name: &str) -> Scene {
+    builtin(name).expect("a built-in scene")
+}
+
+/// Pictures from different seeds: eye and light paths are new in each, and what pixels share is in the spread of
+/// the means.
+fn renders(scene: &Scene, options: &RenderOptions, seeds: std::ops::Range<u64>) -> Vec<Vec<DVec3>> {
+    let mut renderer = Renderer::new(gpu::context(), scene, options.clone()).expect("a renderer");
+    let pictures = seeds.map(|seed| {
+        renderer.restart(seed, options.strategy).expect("a restart");
+        renderer.run(|_| false).expect("a render");
+        let picture = renderer.picture().expect("a picture");
+        assert_eq!(renderer.report().expect("a report").non_finite, 0, "{}, seed {seed}", scene.name);
+        picture.rgb.iter().map(|&rgb| Vec3::from(rgb).as_dvec3()).collect()
+    });
+    pictures.collect()
+}
+
+fn mean(picture: &[DVec3]) -> f64 {
+    picture.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f64>() / picture.len() as f64
+}
+
+/// Radiance after 0, 1, ... scatterings in the picture's mean: see [`closed::plates`].
+const PLATES: [f64; 5] = [1.0, 0.099_912_448, 0.010_113_269, 0.001_024_130, 0.000_103_711];
+
+fn plates_options(method: Method, length: u32, samples: u32) -> RenderOptions {
+    RenderOptions { method, camera: 1, max_depth: Some(length), ..options([16, 16], samples) }
+}
+
+/// Every way to find a path, on its own: any factor that is wrong in a geometry term, a density, the camera's
+/// importance or the scale of a splat shows.
+#[test]
+fn c05_every_strategy_alone_is_right() {
+    for (method, seeds) in [(BDPT_T1, 16), (lvcbpt(256, 2, true), 16)] {
+        let mut renderer = Renderer::new(gpu::context(), &shown("plates"), plates_options(method, 5, 256))
+            .expect("a renderer");
+        for length in 1..=5u32 {
+            for s in 0..=length {
+                let t = length + 1 - s;
+                if s == 1 && t == 1 {
+                    continue;
+                }
+                let strategy = Some(Strategy { s, t, weighted: false });
+                let runs: Moments = (0..seeds)
+                    .map(|seed| {
+                        renderer.restart(seed, strategy).expect("a restart");
+                        renderer.run(|_| false).expect("a render");
+                        let picture = renderer.picture().expect("a picture");
+                        picture.rgb.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>() / 256.0
+                    })
+                    .collect();
+                let expected = PLATES[length as usize - 1];
+                let what = format!("{}, s = {s}, t = {t}", method.name());
+                println!(
+                    "{what}: {:.5} +- {:.5} of it",
+                    runs.mean / expected,
+                    runs.standard_error() / expected
+                );
+                runs.assert_mean(&what, expected, 2e-2);
+            }
+        }
+    }
+}
+
+/// The weighted pictures of all strategies are the picture (C-14).
+#[test]
+fn c14_strategies_add_up() {
+    for method in [BDPT_T1, BDPT, lvcbpt(100, 3, true)] {
+        let options = RenderOptions { method, max_depth: Some(4), ..options([16, 12], 8) };
+        let mut renderer =
+            Renderer::new(gpu::context(), &shown("three-lights"), options).expect("a renderer");
+        let mut picture = |strategy| -> Vec<Vec3> {
+            renderer.restart(3, strategy).expect("a restart");
+            renderer.run(|_| false).expect("a render");
+            renderer.picture().expect("a picture").rgb.iter().map(|&rgb| rgb.into()).collect()
+        };
+        let whole = picture(None);
+        let mut sum = vec![DVec3::ZERO; whole.len()];
+        for length in 1..=4u32 {
+            for s in 0..=length {
+                let strategy = Some(Strategy { s, t: length + 1 - s, weighted: true });
+                for (sum, pixel) in sum.iter_mut().zip(picture(strategy)) {
+                    *sum += pixel.as_dvec3();
+                }
+            }
+        }
+        for (sum, whole) in sum.iter().zip(&whole) {
+            let whole = whole.as_dvec3();
+            assert!((*sum - whole).abs().max_element() <= 1e-5 * whole.max_element(), "{sum} is not {whole}");
+        }
+    }
+}
+
+/// Tile means of independent renders of two methods, by Welch's test over all tiles.
+#[track_caller]
+fn assert_same_as_path(scene: &Scene, method: Method, [samples, judged]: [u32; 2]) {
+    let size = [24, 24];
+    let path = renders(scene, &options(size, judged), 100..116);
+    let found = renders(scene, &RenderOptions { method, ..options(size, samples) }, 0..16);
+    let tiles = |pictures: &[Vec<DVec3>]| -> Vec<Vec<f64>> {
+        pictures.iter().map(|picture| tile_means(picture, size, 8)).collect()
+    };
+    let [a, b]: [Moments; 2] = [&found, &path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
+    let error = a.standard_error().hypot(b.standard_error()) / b.mean;
+    println!("{}, {method:?}: {:.5} +- {error:.5} of path", scene.name, a.mean / b.mean);
+    assert!((a.mean / b.mean - 1.0).abs() < 5.0 * error, "{}: {method:?}", scene.name);
+    assert_equal_tiles(&format!("{}, {method:?}", scene.name), &tiles(&found), &tiles(&path));
+}
+
+const LADDER: [&str; 6] = ["cornell", "door", "three-lights", "spheres", "bumpy-plane", "glass-slab"];
+
+#[test]
+fn c08_bdpt_agrees_with_path() {
+    for name in LADDER {
+        assert_same_as_path(&shown(name), BDPT, [16, 64]);
+    }
+}
+
+#[test]
+fn c08_bdpt_with_light_tracing_agrees_with_path() {
+    for name in LADDER {
+        assert_same_as_path(&shown(name), BDPT_T1, [16, 64]);
+    }
+}
+
+#[test]
+fn c08_lvcbpt_agrees_with_path() {
+    for name in LADDER {
+        assert_same_as_path(&shown(name), lvcbpt(150, 2, false), [16, 64]);
+    }
+}
+
+#[test]
+fn c08_lvcbpt_with_light_tracing_agrees_with_path() {
+    for name in LADDER {
+        assert_same_as_path(&shown(name), lvcbpt(300, 1, true), [16, 64]);
+    }
+}
+
+/// Light tracing alone: only it sees the light's side of the BSDF everywhere. Bent normals (C-11) and several kinds
+/// of light.
+#[test]
+fn c11_light_tracing_agrees_with_path() {
+    for name in ["bumpy-plane", "cornell"] {
+        assert_same_as_path(&shown(name), LIGHT, [64, 128]);
+    }
+    // Half of this scene's lights are delta lights, and a sky.
+    assert_same_as_path(&shown("three-lights"), LIGHT, [256, 128]);
+}
+
+/// A rough slab of glass: light is refracted twice on its way, and power is not squeezed as radiance is (C-12).
+#[test]
+fn c12_light_through_rough_glass() {
+    let glass = Material {
+        metallic: 0.0,
+        transmission: 1.0,
+        volume: true,
+        roughness: 0.5,
+        ior: 1.6,
+        base_color: Vec3::splat(0.9),
+        ..Material::default()
+    };
+    let slab = shapes::cuboid(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.4));
+    let back = shapes::quad(DVec3::new(-1.5, -1.5, -0.6), DVec3::X * 3.0, DVec3::Y * 3.0);
+    let mut scene = scene([(glass.clone(), slab.clone()), (lamp(1.0), back)]);
+    scene.name = "rough slab".into();
+    scene.cameras.push(shapes::looking_at("front", DVec3::Z * 3.0, DVec3::ZERO, 20.0));
+    assert_same_as_path(&scene, LIGHT, [512, 256]);
+    assert_same_as_path(&scene, BDPT_T1, [64, 256]);
+    // From inside the glass.
+    scene.name = "inside rough glass".into();
+    scene.cameras =
+        vec![shapes::looking_at("inside", DVec3::new(0.1, 0.0, 0.3), DVec3::new(0.1, 0.0, -1.0), 60.0)];
+    assert_same_as_path(&scene, LIGHT, [512, 256]);
+    assert_same_as_path(&scene, BDPT_T1, [64, 256]);
+}
+
+/// A picture that light paths alone make is as bright at its border as in its middle.
+#[test]
+fn light_tracing_fills_the_border() {
+    let size = [16, 16];
+    let pictures = renders(
+        &closed::furnace_box(0.5, 1.0),
+        &RenderOptions { method: LIGHT, ..options(size, 256) },
+        0..16,
+    );
+    let border = |index: usize| {
+        let (x, y) = (index % 16, index / 16);
+        x == 0 || y == 0 || x == 15 || y == 15
+    };
+    for (what, at_border) in [("border", true), ("middle", false)] {
+        let part: Moments = pictures
+            .iter()
+            .map(|picture| {
+                let pixels = picture.iter().enumerate().filter(|(index, _)| border(*index) == at_border);
+                let pixels: Moments = pixels.map(|(_, pixel)| pixel.x).collect();
+                pixels.mean
+            })
+            .collect();
+        part.assert_mean(what, 2.0, 1e-2);
+    }
+}
+
+/// Plates that come ever closer: distances fall below what a ray's origin can resolve. There nothing is right any
+/// more, but all is finite; above it the mean is right.
+#[test]
+fn n10_plates_that_almost_touch() {
+    for exponent in [1, 4, 8, 12, 16, 20, 25, 30] {
+        let distance = 2f64.powi(-exponent);
+        let mut scene = shown("plates");
+        for (mesh, side) in scene.meshes.iter_mut().zip([-0.5, 0.5]) {
+            mesh.positions.iter_mut().for_each(|position| position.z = side * distance);
+        }
+        for method in [BDPT_T1, lvcbpt(64, 2, false)] {
+            let pictures = renders(&scene, &RenderOptions { camera: 1, method, ..options([8, 8], 64) }, 0..8);
+            let means: Moments = pictures.iter().map(|picture| mean(picture)).collect();
+            println!("2^-{exponent}, {}: {:.5} +- {:.5}", method.name(), means.mean, means.standard_error());
+            if exponent >= 8 && exponent <= 16 {
+                // Light leaves by the edges: a share of about twice the distance.
+                let open = 4.0 * distance;
+                assert!((means.mean - 2.0).abs() < 5.0 * means.standard_error() + open, "2^-{exponent}");
+            }
+        }
+    }
+}
+
+/// The cache grows to what it has to hold, and nothing is lost by it.
+#[test]
+fn cache_grows() {
+    // A light path has about 20 vertices here; the cache begins with room for a few.
+    let scene = closed::furnace_box(0.95, 1.0);
+    let options = RenderOptions { method: lvcbpt(20_000, 2, false), ..options([8, 8], 16) };
+    let shot = render(&scene, options.clone());
+    let a_path = shot.report.rays.light_vertices as f64 / (16.0 * 20_000.0);
+    println!("{a_path} vertices a light path");
+    assert!((15.0..25.0).contains(&a_path));
+    let means: Moments = renders(&scene, &options, 0..8).iter().map(|picture| mean(picture)).collect();
+    means.assert_mean("furnace", 20.0, 1e-2);
+}
+
+/// The least of everything: one light path, one connection, one pixel, one surface, no light at all.
+#[test]
+fn r07_smallest_settings() {
+    let methods = [BDPT, BDPT_T1, LIGHT, lvcbpt(1, 1, false), lvcbpt(1, 1, true)];
+    for method in methods {
+        for name in LADDER {
+            render(&shown(name), RenderOptions { method, ..options([1, 1], 4) });
+        }
+        let mut dark = shown("cornell");
+        dark.materials.iter_mut().for_each(|material| material.emission = Vec3::ZERO);
+        let picture = render(&dark, RenderOptions { method, ..options([4, 4], 4) }).picture;
+        assert!(picture.rgb.iter().flatten().all(|&value| value == 0.0), "{method:?}");
+        for max_depth in [1, 2] {
+            let options = RenderOptions { method, max_depth: Some(max_depth), ..options([8, 8], 64) };
+            let shot = render(&closed::furnace_box(0.5, 1.0), options);
+            if method != LIGHT {
+                let expected = [1.0, 1.5][max_depth as usize - 1];
+                let mean = shot.channel(0).mean;
+                assert!((mean - expected).abs() < 0.2, "{method:?}, depth {max_depth}: {mean}");
+            }
+        }
+    }
+    // One light path a picture is enough, if there are many pictures.
+    assert_same_as_path(&shown("cornell"), lvcbpt(1, 1, false), [512, 64]);
+}
+
+/// The same seed, the same picture, although the queues and the cache fill in another order every time.
+#[test]
+fn n19_bidirectional_renders_repeat() {
+    for method in [BDPT_T1, lvcbpt(200, 3, true), LIGHT] {
+        let scene = shown("three-lights");
+        let once = || render(&scene, RenderOptions { method, seed: 9, ..options([24, 16], 8) }).picture.rgb;
+        assert_eq!(once(), once(), "{method:?}");
+    }
+}
+
+/// Counts of rays and vertices are those of the paths: exact, and the same every time.
+#[test]
+fn rays_are_counted() {
+    let mut floor = scene([(grey(0.5), horizontal(1.0, 0.0, true))]);
+    floor.lights.push(PunctualLight {
+        name: "sun".into(),
+        kind: halfway::scene::LightKind::Directional,
+        intensity: Vec3::ONE,
+        position: DVec3::ZERO,
+        direction: Vec3::NEG_Y,
+    });
+    floor.cameras.push(shapes::looking_at("above", DVec3::Y * 2.0, DVec3::ZERO, 20.0));
+    let options = RenderOptions { method: lvcbpt(100, 2, false), max_depth: Some(3), ..options([8, 8], 4) };
+    let rays = render(&floor, options).report.rays;
+    // Each light path stores the sun, and sends one ray; those that meet the floor store that and end there: there
+    // is no room for another vertex but an eye's. Each eye path sees the floor and may bounce once.
+    assert_eq!(rays.light_closest_hit, 400);
+    assert!((400..=800).contains(&rays.light_vertices));
+    let eye = rays.closest_hit - rays.light_closest_hit;
+    assert!((256..=512).contains(&eye), "{eye}");
+    // Two connections of each eye vertex; the floor does not see itself, so only those to the sun are tested.
+    let tested = rays.occlusion - rays.light_occlusion;
+    assert!(rays.light_occlusion == 0 && tested <= 512 && tested > 100, "{tested}");
+}
