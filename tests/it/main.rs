@@ -21,6 +21,7 @@ mod fuzz;
 mod gltf_file;
 mod gpu;
 mod judge;
+mod judge_bidirectional;
 mod layers;
 mod layout;
 mod loader;
