@@ -22,6 +22,7 @@ mod fuzz;
 mod gltf_file;
 mod gpu;
 mod judge;
+mod judge_bidirectional;
 mod layers;
 mod layout;
 mod loader;

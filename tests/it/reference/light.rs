@@ -50,7 +50,7 @@ impl Lights {
     }
 }
 
-fn area_of([a, b, c]: &[DVec3; 3]) -> f64 {
+pub(super) fn area_of([a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 

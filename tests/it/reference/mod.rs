@@ -6,9 +6,17 @@
 //! drawn on the light) by the balance heuristic: the contribution of a path, divided by the sum of the densities with
 //! which the two ways would have found it.
 
+//!
+//! Beside it stands path space itself: f(path), the densities p_{s,t}(path) of every way to make it from both ends, and
+//! their weights, written from the definitions, for any full path; and a bidirectional renderer that is nothing but
+//! these.
+
+pub mod bidirectional;
 pub mod camera;
 pub mod geometry;
 mod light;
+pub mod path_space;
+pub mod picks;
 mod random;
 pub mod texture;
 mod tracer;

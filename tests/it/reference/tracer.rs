@@ -232,7 +232,7 @@ fn opacity(world: &World, triangle: usize, b: [f64; 2]) -> f64 {
 }
 
 /// Beer and Lambert's law inside a volume; infinitely far, only what absorbs nothing passes.
-fn transmittance(medium: Option<&Material>, distance: f64) -> DVec3 {
+pub(super) fn transmittance(medium: Option<&Material>, distance: f64) -> DVec3 {
     let Some(medium) = medium else { return DVec3::ONE };
     let reach = f64::from(medium.attenuation_distance);
     if reach.is_infinite() {

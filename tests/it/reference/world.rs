@@ -6,7 +6,7 @@ use halfway::scene::{AlphaMode, Material, Mesh, Scene, TextureRef};
 use super::geometry::{Hit, Ray, Tree};
 use super::light::Lights;
 use super::texture::lookup;
-use crate::bsdf_f64::{Bsdf, Factors};
+use crate::bsdf_f64::{Bsdf, Factors, albedo_table};
 
 pub struct World<'a> {
     pub scene: &'a Scene,
@@ -17,9 +17,12 @@ pub struct World<'a> {
 }
 
 /// A point of a surface.
+#[derive(Clone)]
 pub struct Point<'a> {
     pub position: DVec3,
+    /// Triangle of the tree, and barycentrics of its second and third corner.
     pub triangle: usize,
+    pub b: [f64; 2],
     /// Unit geometric normal of the front.
     pub world_ng: DVec3,
     /// Orthonormal, z is the shading normal.
@@ -32,6 +35,9 @@ pub struct Point<'a> {
 
 impl<'a> World<'a> {
     pub fn new(scene: &'a Scene) -> Self {
+        // Made here, since it is made in parallel: first asked for in a parallel loop, it may be waited for by the very
+        // thread that makes it.
+        albedo_table();
         let mut triangles = Vec::new();
         let mut corners = Vec::new();
         for (m, mesh) in scene.meshes.iter().enumerate() {
@@ -76,6 +82,25 @@ impl<'a> World<'a> {
             from = hit.distance + self.tree.nearest;
         }
         share
+    }
+
+    /// Mesh and triangle of the scene of a triangle of the tree.
+    pub fn scene_triangle(&self, triangle: usize) -> (usize, usize) {
+        self.triangles[triangle]
+    }
+
+    /// The other way round; `None` without area.
+    pub fn tree_triangle(&self, mesh: usize, triangle: usize) -> Option<usize> {
+        self.triangles.binary_search(&(mesh, triangle)).ok()
+    }
+
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        let (mesh, vertices, _) = self.mesh_of(triangle);
+        vertices.map(|vertex| mesh.positions[vertex])
     }
 
     fn mesh_of(&self, triangle: usize) -> (&'a Mesh, [usize; 3], &'a Material) {
@@ -144,6 +169,7 @@ impl<'a> World<'a> {
         Point {
             position: (0..3).map(|i| weights[i] * corners[i]).sum(),
             triangle: hit.triangle,
+            b: hit.b,
             world_ng,
             frame: frame_about(normal),
             material,
@@ -206,6 +232,17 @@ impl Point<'_> {
     /// Probability with which a path goes on here: a function of the point alone.
     pub fn roulette(&self) -> f64 {
         self.bsdf.albedo().max_element().clamp(0.3, 1.0)
+    }
+
+    /// [`Self::roulette`] as the renderer has it, whose paths always end: part of the densities that bidirectional
+    /// weights are made of.
+    pub fn survival(&self) -> f64 {
+        self.bsdf.albedo().max_element().clamp(0.3, 255.0 / 256.0)
+    }
+
+    /// The medium that a segment leaving towards a direction is in, as far as this end knows.
+    pub fn medium_towards(&self, world: DVec3) -> Option<&Material> {
+        (self.material.volume && self.world_ng.dot(world) < 0.0).then_some(self.material)
     }
 }
 
