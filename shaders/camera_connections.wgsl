@@ -1,9 +1,8 @@
 #import bind/accel
 #import bind/queue
-#import lib/camera
 #import lib/hit
 #import lib/medium
-#import lib/subpath
+#import lib/strategies
 
 // Connects the vertices that light paths have just reached to the camera (t = 1).
 
@@ -26,22 +25,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-    let surface = point_surface(point);
-    let value = shading_evaluate(surface, point_frame(point), arrival.world_from, view.direction, false);
-    if !any(value.f > vec3f(0.0)) {
-        return;
-    }
-    let pdf_eye = abs(dot(view.direction, point.world_ng)) * view.pdf_area;
-    var weight = 1.0;
-    if batch.weighted != 0u {
-        let step = arrival_step(arrival, value.pdf_back_solid * survival(surface), false);
-        weight = connection_weight(batch.camera_paths, 0.0, 0.0, step, pdf_eye);
-    }
+    let connection = connect_camera(point, arrival, view);
+    let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
     let medium_to_camera = medium_towards(point, view.direction);
     let through = transmittance(medium, hit.t) * transmittance(medium_to_camera, view.distance);
-    let light = ray.throughput * through * value.f;
-    let contribution = light * (pdf_eye * weight / f32(batch.light_path_count));
+    let contribution = ray.throughput * through * connection.light * weight;
     if !any(contribution != vec3f(0.0)) {
         return;
     }

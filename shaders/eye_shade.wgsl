@@ -5,8 +5,7 @@
 #import lib/path_key
 #import lib/subpath
 #if lights
-#import lib/emission
-#import lib/light
+#import lib/strategies
 #endif
 
 // An eye path's next surface: light that it found by chance, with its weight, and the path goes on.
@@ -28,16 +27,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let hit = hits[index];
     let previous = sub_paths_in[index];
     let depth = ray.depth_medium & 0xffffu;
-    // What the camera sees directly has no other strategy.
-    let edge = edge_density(previous.flags, false);
     if hit.triangle == NO_TRIANGLE {
 #if environment
-        var weight = 1.0;
-        if depth > 0u {
-            let pdf_previous = abs(dot(ray.direction, previous.normal)) * disk_pdf_area();
-            let pdf_light = environment_pdf_solid(ray.direction);
-            weight = hit_weight(edge, previous.ratio, pdf_previous, pdf_light, ray.pdf_solid);
-        }
+        let weight = environment_weight(previous, ray.direction, ray.pdf_solid);
         add_radiance(ray.path, depth, ray.throughput * environment_radiance(ray.direction), weight);
 #endif
         return;
@@ -49,12 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if area_lights
     let light_index = triangles[hit.triangle].light;
     if light_index != 0u {
-        var weight = 1.0;
-        if depth > 0u {
-            let pdf_previous = emission_pdf_solid(point, arrival.world_from) * arrival.to_previous;
-            let pdf_light = lights[light_index - 1u].pdf_select / point.area;
-            weight = hit_weight(edge, previous.ratio, pdf_previous, pdf_light, arrival.pdf_area);
-        }
+        let weight = emitter_weight(point, arrival, light_index - 1u);
         add_radiance(ray.path, depth, throughput * point_emission(point, arrival.world_from), weight);
     }
 #endif

@@ -55,6 +55,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/sampling",
     "lib/shading",
     "lib/splat",
+    "lib/strategies",
     "lib/subpath",
     "lib/surface",
     "lib/texture",
