@@ -18,6 +18,7 @@ mod environment;
 mod film;
 mod film_sums;
 mod float_probe;
+mod frozen_paths;
 mod fuzz;
 mod gltf_file;
 mod gpu;
