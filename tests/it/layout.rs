@@ -43,6 +43,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
 const CONSTANTS: &[(&str, u32)] = &host_constants![
     TRIANGLE_FLIPPED,
     TRIANGLE_ALPHA,
+    EVERY_STRATEGY,
     MATERIAL_DELTA,
     MATERIAL_VOLUME,
     MATERIAL_DOUBLE_SIDED,
@@ -65,7 +66,8 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 
 /// All kernels with everything on, parsed: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
-    let features = kernel_features(&consistent(|features| with(features, |_| true)));
+    let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
+    features.extend(["bidirectional", "light_paths", "light_cache"]);
     kernels()
         .map(|name| {
             (name, stitch(name, &features).expect("directives").validate().expect("a valid kernel").0)
@@ -196,6 +198,16 @@ impl Validated {
             let mut features = kernel_features(features);
             features.extend(extra);
             for kernel in kernels() {
+                let mut features = features.clone();
+                let connects =
+                    kernel.starts_with("light_") || ["camera_connections", "eye_shade"].contains(&kernel);
+                if connects {
+                    // As `integrator::bidirectional` compiles them; what samples lights, only where there are any.
+                    features.extend(["bidirectional", "light_paths", "light_cache"]);
+                    if kernel != "eye_shade" && !features.contains("lights") {
+                        continue;
+                    }
+                }
                 let stitched = stitch(kernel, &features).expect("directives");
                 if self.0.insert(stitched.code.clone())
                     && let Err(error) = stitched.validate()
