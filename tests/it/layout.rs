@@ -38,6 +38,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     Light,
     PunctualLight,
     FirstHitPixel,
+    TreeNode,
 ];
 
 const CONSTANTS: &[(&str, u32)] = &host_constants![
@@ -57,6 +58,13 @@ const CONSTANTS: &[(&str, u32)] = &host_constants![
     LIGHT_POINT,
     LIGHT_SPOT,
     LIGHT_DIRECTIONAL,
+    TREE_KIND,
+    TREE_CHILD,
+    TREE_LEAF,
+    TREE_POSITION,
+    TREE_NORMAL,
+    TREE_DIRECTION,
+    TREE_MAX_DEPTH,
 ];
 
 /// The files with an entry point.
@@ -68,10 +76,12 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 fn full_modules() -> Vec<(&'static str, Module)> {
     let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
     features.extend(["bidirectional", "light_paths", "light_cache"]);
+    // What no kernel imports yet.
+    let waiting = ("bind/subspaces", stitch("bind/subspaces", &features));
     kernels()
-        .map(|name| {
-            (name, stitch(name, &features).expect("directives").validate().expect("a valid kernel").0)
-        })
+        .map(|name| (name, stitch(name, &features)))
+        .chain([waiting])
+        .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }
 

@@ -40,6 +40,7 @@ mod sampling;
 mod shots;
 mod specialised;
 mod stats;
+mod subspace_gamma;
 mod traversal;
 mod twins;
 mod watertight;
