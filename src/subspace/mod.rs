@@ -11,6 +11,7 @@
 //! Whatever is learnt, rendering with it is unbiased as long as it is fixed: this module is about variance only.
 
 pub mod centroid;
+mod file;
 pub mod gamma;
 pub mod model;
 pub mod normaliser;

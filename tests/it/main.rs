@@ -41,6 +41,7 @@ mod shots;
 mod specialised;
 mod stats;
 mod subspace_data;
+mod subspace_file;
 mod subspace_gamma;
 mod subspace_sources;
 mod subspace_speed;
