@@ -181,6 +181,48 @@ impl FilmError {
     }
 }
 
+/// Learning the subspaces, and the file they are kept in.
+#[derive(Debug, Error)]
+pub enum SubspaceError {
+    #[error("the setting {name} is {value}; it must lie between {least} and {most}")]
+    Setting { name: &'static str, value: f64, least: f64, most: f64 },
+    #[error(
+        "a training path is in tile {tile}, but the picture has {count}; this is a defect of Halfway, please report it"
+    )]
+    UnknownTile { tile: u32, count: usize },
+    #[error(
+        "a path ends on light {light}, but the scene has {count}; this is a defect of Halfway, please report it"
+    )]
+    UnknownLight { light: u32, count: usize },
+    #[error(
+        "none of {samples} vertices of {paths} light paths carries light, so there is nothing to connect to; check that \
+         the scene's lights shine into it, or render with the path tracer"
+    )]
+    NoLight { samples: usize, paths: u64 },
+    #[error(transparent)]
+    Math(#[from] MathError),
+    #[error(transparent)]
+    Write(#[from] FilmError),
+    #[error(
+        "cannot read the model {path}: {source}; check that the file is there and readable, or train again"
+    )]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{path} is no model of Halfway's subspaces; give a file that a training wrote, or train again")]
+    NotAModel { path: PathBuf },
+    #[error(
+        "the model {path} has version {found} of the format, this program reads version {expected}; train again"
+    )]
+    Version { path: PathBuf, found: u32, expected: u32 },
+    #[error("the model {path} was trained on another scene, or on another state of this one; train again")]
+    WrongScene { path: PathBuf },
+    #[error(
+        "the model {path} is cut off: {found} bytes where {expected} are announced; copy it again, or train again"
+    )]
+    Truncated { path: PathBuf, found: u64, expected: u64 },
+    #[error("the model {path} is damaged ({what}); copy it again, or train again")]
+    Damaged { path: PathBuf, what: &'static str },
+}
+
 /// Rendering a scene to a picture.
 #[derive(Debug, Error)]
 pub enum RenderError {

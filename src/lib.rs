@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Layers, top may use lower, never the reverse:
-//! `main`, `cli` > `render` > `integrator` > `film` > `device` > `accel` > `scene` > `math`.
+//! `main`, `cli` > `render` > `integrator` > `subspace`, `film` > `device` > `accel` > `scene` > `math`.
 
 pub mod accel;
 pub mod cli;
@@ -19,3 +19,4 @@ pub mod integrator;
 pub mod math;
 pub mod render;
 pub mod scene;
+pub mod subspace;

@@ -277,3 +277,20 @@ device_struct! {
         pub hits: u32,
     }
 }
+
+device_struct! {
+    /// A node of a classification tree.
+    pub struct TreeNode {
+        pub split: [f32; 3],
+        pub child_kind: u32,
+    }
+}
+
+pub const TREE_KIND: u32 = 0xc000_0000;
+pub const TREE_CHILD: u32 = 0x3fff_ffff;
+pub const TREE_LEAF: u32 = 0;
+pub const TREE_POSITION: u32 = 0x4000_0000;
+pub const TREE_NORMAL: u32 = 0x8000_0000;
+pub const TREE_DIRECTION: u32 = 0xc000_0000;
+/// No tree is deeper.
+pub const TREE_MAX_DEPTH: u32 = 24;

@@ -38,11 +38,13 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     Light,
     PunctualLight,
     FirstHitPixel,
+    TreeNode,
 ];
 
 const CONSTANTS: &[(&str, u32)] = &host_constants![
     TRIANGLE_FLIPPED,
     TRIANGLE_ALPHA,
+    EVERY_STRATEGY,
     MATERIAL_DELTA,
     MATERIAL_VOLUME,
     MATERIAL_DOUBLE_SIDED,
@@ -56,6 +58,13 @@ const CONSTANTS: &[(&str, u32)] = &host_constants![
     LIGHT_POINT,
     LIGHT_SPOT,
     LIGHT_DIRECTIONAL,
+    TREE_KIND,
+    TREE_CHILD,
+    TREE_LEAF,
+    TREE_POSITION,
+    TREE_NORMAL,
+    TREE_DIRECTION,
+    TREE_MAX_DEPTH,
 ];
 
 /// The files with an entry point.
@@ -65,11 +74,14 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 
 /// All kernels with everything on, parsed: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
-    let features = kernel_features(&consistent(|features| with(features, |_| true)));
+    let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
+    features.extend(["bidirectional", "light_paths", "light_cache"]);
+    // What no kernel imports yet.
+    let waiting = ("bind/subspaces", stitch("bind/subspaces", &features));
     kernels()
-        .map(|name| {
-            (name, stitch(name, &features).expect("directives").validate().expect("a valid kernel").0)
-        })
+        .map(|name| (name, stitch(name, &features)))
+        .chain([waiting])
+        .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }
 
@@ -196,6 +208,16 @@ impl Validated {
             let mut features = kernel_features(features);
             features.extend(extra);
             for kernel in kernels() {
+                let mut features = features.clone();
+                let connects =
+                    kernel.starts_with("light_") || ["camera_connections", "eye_shade"].contains(&kernel);
+                if connects {
+                    // As `integrator::bidirectional` compiles them; what samples lights, only where there are any.
+                    features.extend(["bidirectional", "light_paths", "light_cache"]);
+                    if kernel != "eye_shade" && !features.contains("lights") {
+                        continue;
+                    }
+                }
                 let stitched = stitch(kernel, &features).expect("directives");
                 if self.0.insert(stitched.code.clone())
                     && let Err(error) = stitched.validate()

@@ -1,0 +1,115 @@
+//! Centroids of the subspaces: training vertices drawn in proportion to what their paths contribute, and the nearest
+//! of them to a vertex. [slides]; sampling as in [opt7], `algorithm.md` 3.
+
+use glam::Vec3;
+
+use super::training::Feature;
+use crate::math::rng::{RandomKey, random4, seed_key};
+
+/// Lanes of the search: as many as vector units like.
+const LANES: usize = 8;
+
+/// Squared distance d_s^2 + s2 (1 - cos_n) + k_d s2 (1 - cos_d), and the centroids it is taken to.
+#[derive(Clone, Debug)]
+pub struct Centroids {
+    features: Vec<Feature>,
+    normal_scale: f32,
+    direction_scale: f32,
+    /// The features' nine numbers, [`LANES`] centroids at a time.
+    lanes: Vec<[[f32; LANES]; 9]>,
+}
+
+/// s2: the largest variance of the positions along an axis.
+pub fn largest_variance(positions: impl Iterator<Item = Vec3> + Clone) -> f32 {
+    let count = positions.clone().count().max(1) as f64;
+    let mean = positions.clone().map(|p| p.as_dvec3()).sum::<glam::DVec3>() / count;
+    let sum: glam::DVec3 = positions.map(|p| (p.as_dvec3() - mean) * (p.as_dvec3() - mean)).sum();
+    (sum.max_element() / count) as f32
+}
+
+/// At most `count` different indices in proportion to the weights: systematic sampling (one random number, then equal
+/// steps through the running sum), where a weight above the step counts once.
+pub fn systematic(weights: impl Iterator<Item = f64> + Clone, count: u32, seed: u64) -> Vec<u32> {
+    let total: f64 = weights.clone().sum();
+    // A sum of nothing, or one that overflowed, has nothing to draw from.
+    if !(total > 0.0 && total.is_finite()) || count == 0 {
+        return Vec::new();
+    }
+    let step = total / f64::from(count);
+    let word = random4(RandomKey { pixel: 0, sample: 0, seed: seed_key(seed) }, 0).x;
+    let mut next = (f64::from(word) + 0.5) / 2f64.powi(32) * step;
+    let mut running = 0.0;
+    let mut drawn = Vec::with_capacity(count as usize);
+    for (index, weight) in weights.enumerate() {
+        running += weight;
+        if running > next && weight > 0.0 {
+            drawn.push(index as u32);
+            next += step * (((running - next) / step).floor() + 1.0);
+        }
+    }
+    drawn
+}
+
+impl Centroids {
+    /// `variance`: s2. `direction_weight`: k_d.
+    pub fn new(features: Vec<Feature>, variance: f32, direction_weight: f32) -> Self {
+        let lanes = features
+            .chunks(LANES)
+            .map(|chunk| {
+                std::array::from_fn(|number| {
+                    // Absent centroids are infinitely far.
+                    std::array::from_fn(|lane| chunk.get(lane).map_or(f32::INFINITY, |f| numbers(f)[number]))
+                })
+            })
+            .collect();
+        Self {
+            features,
+            // A scene seen at one point only is told apart by its normals all the same.
+            normal_scale: variance.max(f32::MIN_POSITIVE),
+            direction_scale: direction_weight * variance.max(f32::MIN_POSITIVE),
+            lanes,
+        }
+    }
+
+    pub fn features(&self) -> &[Feature] {
+        &self.features
+    }
+
+    /// Index of the nearest centroid, the first of equals; 0 if there are none.
+    pub fn nearest(&self, feature: &Feature) -> u32 {
+        let x = numbers(feature);
+        let (mut best, mut at) = ([f32::INFINITY; LANES], [0u32; LANES]);
+        for (group, c) in self.lanes.iter().enumerate() {
+            let mut distance = [0.0f32; LANES];
+            for lane in 0..LANES {
+                let (dx, dy, dz) = (x[0] - c[0][lane], x[1] - c[1][lane], x[2] - c[2][lane]);
+                let cos = x[3] * c[3][lane] + x[4] * c[4][lane] + x[5] * c[5][lane];
+                distance[lane] = dx * dx + dy * dy + dz * dz + self.normal_scale * (1.0 - cos);
+            }
+            if self.direction_scale > 0.0 {
+                for lane in 0..LANES {
+                    let cos = x[6] * c[6][lane] + x[7] * c[7][lane] + x[8] * c[8][lane];
+                    distance[lane] += self.direction_scale * (1.0 - cos);
+                }
+            }
+            for lane in 0..LANES {
+                let nearer = distance[lane] < best[lane];
+                best[lane] = if nearer { distance[lane] } else { best[lane] };
+                at[lane] = if nearer { (group * LANES + lane) as u32 } else { at[lane] };
+            }
+        }
+        let mut nearest = 0;
+        for lane in 1..LANES {
+            let equal_earlier = best[lane] == best[nearest] && at[lane] < at[nearest];
+            if best[lane] < best[nearest] || equal_earlier {
+                nearest = lane;
+            }
+        }
+        at[nearest]
+    }
+}
+
+fn numbers(f: &Feature) -> [f32; 9] {
+    let (p, n, d) = (f.position, f.normal, f.direction);
+    [p.x, p.y, p.z, n.x, n.y, n.z, d.x, d.y, d.z]
+}

@@ -1,0 +1,187 @@
+//! Ways down the loss. All start from the contribution matrix, keep rows normalised, do not depend on the unit of the
+//! loss, and are judged by paths that they do not see: too many steps learn the paths instead of the scene
+//! (`prototype.md`, fact 1).
+
+use serde::Serialize;
+
+use super::problem::Problem;
+use crate::subspace::settings::Optimiser;
+
+/// Steps in a row without progress that end the optimisation.
+const PATIENCE: u32 = 2;
+/// Relative fall of the judged loss that counts as progress.
+const PROGRESS: f64 = 1e-4;
+/// Adam: Kingma and Ba, ICLR 2015; the rate is [doc26]'s.
+const ADAM_RATE: f64 = 0.05;
+const ADAM_MEAN: f64 = 0.9;
+const ADAM_SQUARE: f64 = 0.999;
+const ADAM_EPSILON: f64 = 1e-12;
+/// Halvings of a mirror step that raises the loss.
+const HALVINGS: u32 = 12;
+/// Of a mirror step, so that no row overflows; backtracking decides whether such a step is taken.
+const LARGEST_EXPONENT: f64 = 100.0;
+
+/// The loss after a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Loss {
+    pub train: f64,
+    pub held_out: Option<f64>,
+}
+
+/// The best matrix that was met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Optimised {
+    /// Of each cell of the problem.
+    pub q: Vec<f64>,
+    /// At the start and after each step.
+    pub losses: Vec<Loss>,
+    /// Index in `losses` of what was kept.
+    pub best_step: u32,
+}
+
+/// Goes down for at most `max_steps`, or until the held-out loss no longer falls; without held-out paths the training
+/// loss judges.
+pub fn optimise(problem: &Problem, optimiser: Optimiser, max_steps: u32) -> Optimised {
+    let mut q = problem.start().to_vec();
+    let mut state = State::new(optimiser, problem);
+    let mut best = Optimised { q: q.clone(), losses: Vec::new(), best_step: 0 };
+    let (mut lowest, mut idle) = (f64::INFINITY, 0);
+    for step in 0..=max_steps {
+        let (train, gradient) = problem.gradient(&q);
+        let loss = Loss { train, held_out: problem.held_out_loss(&q) };
+        best.losses.push(loss);
+        let judged = loss.held_out.unwrap_or(loss.train);
+        idle = if judged < lowest * (1.0 - PROGRESS) || step == 0 { 0 } else { idle + 1 };
+        if judged < lowest {
+            lowest = judged;
+            best.q.clone_from(&q);
+            best.best_step = step;
+        }
+        let finished = step == max_steps || (idle >= PATIENCE && loss.held_out.is_some());
+        if finished || !state.step(problem, &mut q, train, &gradient) {
+            break;
+        }
+    }
+    best
+}
+
+/// What an optimiser carries from step to step.
+enum State {
+    Mm,
+    Softmax(Adam),
+    Mirror { rate: f64 },
+}
+
+#[derive(Default)]
+struct Adam {
+    step: i32,
+    logits: Vec<f64>,
+    mean: Vec<f64>,
+    square: Vec<f64>,
+    /// Of each row at the start: what the derivatives are divided by, so that Adam's epsilon does not stop rows that
+    /// contribute little (numerics.md, N-22).
+    row_scale: Vec<f64>,
+}
+
+impl State {
+    fn new(optimiser: Optimiser, problem: &Problem) -> Self {
+        match optimiser {
+            Optimiser::Mm => Self::Mm,
+            Optimiser::Mirror => Self::Mirror { rate: 1.0 },
+            Optimiser::Softmax => {
+                let zeros = vec![0.0; problem.start().len()];
+                let logits = problem.start().iter().map(|q| q.ln()).collect();
+                Self::Softmax(Adam { logits, mean: zeros.clone(), square: zeros, ..Adam::default() })
+            }
+        }
+    }
+
+    /// Moves `q`; false where there is no way down.
+    fn step(&mut self, problem: &Problem, q: &mut [f64], loss: f64, gradient: &[f64]) -> bool {
+        match self {
+            // q^2 (-g) / q' majorises a cell's share of the loss and touches it at q' = q; its minimum under the rows'
+            // sums is q' ~ q sqrt(-g).
+            Self::Mm => by_row(problem, q, |_, q, g| q * (-g).max(0.0).sqrt(), gradient),
+            Self::Softmax(adam) => adam.step(problem, q, gradient),
+            Self::Mirror { rate } => {
+                let before = q.to_vec();
+                for _ in 0..HALVINGS {
+                    let eta = *rate;
+                    by_row(
+                        problem,
+                        q,
+                        |mean, q, g| q * (eta * (g / mean - 1.0)).min(LARGEST_EXPONENT).exp(),
+                        gradient,
+                    );
+                    if problem.loss(q) <= loss {
+                        *rate = (2.0 * eta).min(1.0);
+                        return true;
+                    }
+                    q.copy_from_slice(&before);
+                    *rate = 0.5 * eta;
+                }
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Replaces each q of the rows that have something to learn by `new(mean of the row's g, q, g)`, and normalises.
+fn by_row(problem: &Problem, q: &mut [f64], new: impl Fn(f64, f64, f64) -> f64, gradient: &[f64]) {
+    for (row, learnt) in problem.learnt().iter().enumerate() {
+        let cells = problem.row(row);
+        let mean = mean_gradient(q, gradient, cells.clone());
+        if !learnt || mean >= 0.0 {
+            continue;
+        }
+        let values: Vec<f64> = cells.clone().map(|cell| new(mean, q[cell], gradient[cell])).collect();
+        let sum: f64 = values.iter().sum();
+        // A row whose numbers left the range of f64 stays as it was.
+        if sum > 0.0 && sum.is_finite() {
+            for (cell, value) in cells.zip(values) {
+                q[cell] = value / sum;
+            }
+        }
+    }
+}
+
+/// sum q g of a row.
+fn mean_gradient(q: &[f64], gradient: &[f64], cells: std::ops::Range<usize>) -> f64 {
+    cells.map(|cell| q[cell] * gradient[cell]).sum()
+}
+
+impl Adam {
+    fn step(&mut self, problem: &Problem, q: &mut [f64], gradient: &[f64]) {
+        self.step += 1;
+        let rows = problem.learnt().len();
+        if self.row_scale.is_empty() {
+            self.row_scale = (0..rows).map(|row| -mean_gradient(q, gradient, problem.row(row))).collect();
+        }
+        let correct = |decay: f64| 1.0 - decay.powi(self.step);
+        let (correct_mean, correct_square) = (correct(ADAM_MEAN), correct(ADAM_SQUARE));
+        for row in 0..rows {
+            let cells = problem.row(row);
+            let scale = self.row_scale[row];
+            if !problem.learnt()[row] || scale <= 0.0 {
+                continue;
+            }
+            let mean = mean_gradient(q, gradient, cells.clone());
+            let mut most = f64::NEG_INFINITY;
+            for cell in cells.clone() {
+                // dL/dz = q (g - sum q g): [doc26], checked there and here against differences.
+                let slope = q[cell] * (gradient[cell] - mean) / scale;
+                let (m, s) = (&mut self.mean[cell], &mut self.square[cell]);
+                *m = ADAM_MEAN * *m + (1.0 - ADAM_MEAN) * slope;
+                *s = ADAM_SQUARE * *s + (1.0 - ADAM_SQUARE) * slope * slope;
+                let step = *m / correct_mean / ((*s / correct_square).sqrt() + ADAM_EPSILON);
+                self.logits[cell] -= ADAM_RATE * step;
+                most = most.max(self.logits[cell]);
+            }
+            let sum: f64 = cells.clone().map(|cell| (self.logits[cell] - most).exp()).sum();
+            for cell in cells {
+                q[cell] = (self.logits[cell] - most).exp() / sum;
+            }
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! What SPCBPT learns before it renders: eye and light sub-paths are classified into subspaces, and Gamma says which
+//! light subspaces an eye subspace connects to.
+//!
+//! Su, Li, Wang, SPCBPT: Subspace-based Probabilistic Connections for Bidirectional Path Tracing, ACM TOG 41(4), 2022.
+//!
+//! ```text
+//! training paths -> weights -> centroids -> trees -> labels -> Gamma
+//! light vertices ------------------------------------> Q --^
+//! ```
+//!
+//! Whatever is learnt, rendering with it is unbiased as long as it is fixed: this module is about variance only.
+
+pub mod centroid;
+mod file;
+pub mod gamma;
+pub mod model;
+pub mod normaliser;
+pub mod prepare;
+pub mod settings;
+pub mod sources;
+mod train;
+mod training;
+pub mod tree;
+
+pub use model::{GammaTables, Model, TrainingReport};
+pub use settings::{Optimiser, Settings};
+pub use sources::{LightSourceInfo, SourceKind, SourceLabels};
+pub use train::train;
+pub use training::{Feature, LightEnd, LightSample, TILE_SIZE, TrainingNode, TrainingPath, TrainingSet};
+pub use tree::Tree;

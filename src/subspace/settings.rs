@@ -1,0 +1,110 @@
+//! What a training can be told.
+
+use serde::Serialize;
+
+use crate::device::layout::TREE_MAX_DEPTH;
+use crate::error::SubspaceError;
+
+/// Most subspaces a side: Gamma then has 10^6 entries.
+pub const MOST_SUBSPACES: u32 = 1000;
+/// Training nodes for each (eye, light) pair of subspaces, when the number of subspaces follows from the training set.
+/// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1).
+const NODES_A_PAIR: f64 = 40.0;
+/// How Gamma is improved from the contribution matrix on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Optimiser {
+    /// Majorise and minimise: no step size, never raises the loss.
+    #[default]
+    Mm,
+    /// Adam on the logits of a masked softmax.
+    Softmax,
+    /// Entropic mirror descent with backtracking.
+    Mirror,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Eye subspaces, and as many light subspaces; `None`: as many as the training set can teach.
+    pub subspaces: Option<u32>,
+    /// Share of the light subspaces that is reserved for points on lights.
+    pub source_share: f64,
+    /// Weight of the incident direction in the classification's distance, relative to the normal's; 0: not looked at.
+    pub direction_weight: f32,
+    pub tree_depth: u32,
+    /// A tree is finished when so much of the samples' weight gets the label of its nearest centroid.
+    pub tree_stop: f64,
+    /// Most samples that a tree is grown from.
+    pub tree_samples: u32,
+    /// Share tau of every row of Gamma that goes evenly to all light subspaces.
+    pub uniform_share: f64,
+    /// N, connections of an eye vertex.
+    pub connections: u32,
+    pub optimiser: Optimiser,
+    pub max_steps: u32,
+    /// Share of the paths that judges the steps instead of teaching them.
+    pub held_out: f64,
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            subspaces: None,
+            source_share: 0.1,
+            direction_weight: 0.0,
+            tree_depth: 15,
+            tree_stop: 0.99,
+            tree_samples: 100_000,
+            uniform_share: 0.1,
+            connections: 2,
+            optimiser: Optimiser::Mm,
+            max_steps: 20,
+            held_out: 0.1,
+            seed: 0,
+        }
+    }
+}
+
+impl Settings {
+    /// Subspaces a side for so many training nodes.
+    pub fn subspaces_for(&self, nodes: usize) -> u32 {
+        let followed = (nodes as f64 / NODES_A_PAIR).sqrt() as u32;
+        self.subspaces.unwrap_or(followed.clamp(2, MOST_SUBSPACES))
+    }
+
+    /// # Errors
+    /// A number out of its range.
+    pub fn check(&self) -> Result<(), SubspaceError> {
+        let share = |name: &'static str, value: f64, most: f64| {
+            // Written so that NaN fails.
+            if value >= 0.0 && value <= most {
+                Ok(())
+            } else {
+                Err(SubspaceError::Setting { name, value, least: 0.0, most })
+            }
+        };
+        share("source_share", self.source_share, 1.0)?;
+        share("direction_weight", f64::from(self.direction_weight), 1e6)?;
+        share("tree_depth", f64::from(self.tree_depth), f64::from(TREE_MAX_DEPTH))?;
+        share("tree_stop", self.tree_stop, 1.0)?;
+        share("held_out", self.held_out, 0.9)?;
+        if !(self.uniform_share > 0.0 && self.uniform_share <= 1.0) {
+            // Without it a light subspace may become unreachable: energy would be lost.
+            return Err(SubspaceError::Setting {
+                name: "uniform_share",
+                value: self.uniform_share,
+                least: f64::MIN_POSITIVE,
+                most: 1.0,
+            });
+        }
+        let count = |name: &'static str, value: u32, most: u32| {
+            if (1..=most).contains(&value) {
+                return Ok(());
+            }
+            Err(SubspaceError::Setting { name, value: f64::from(value), least: 1.0, most: f64::from(most) })
+        };
+        count("subspaces", self.subspaces.unwrap_or(1), 4 * MOST_SUBSPACES)?;
+        count("connections", self.connections, 1 << 16)
+    }
+}

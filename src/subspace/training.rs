@@ -1,0 +1,130 @@
+//! What pre-tracing hands over: full paths with their connections, and light vertices. Plain data; positions are in
+//! unit space.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+/// Side of a picture's tiles in pixels: [opt7], `algorithm.md` 2.2.
+pub const TILE_SIZE: u32 = 10;
+
+/// Last vertex of a sub-path: what the classification looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Feature {
+    pub position: Vec3,
+    /// Unit, facing the incoming ray.
+    pub normal: Vec3,
+    /// Unit, to the previous vertex.
+    pub direction: Vec3,
+}
+
+impl Feature {
+    pub(super) fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.normal.is_finite() && self.direction.is_finite()
+    }
+}
+
+/// Last vertex of a light sub-path. Never a label: labels change with the number of subspaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightEnd {
+    Surface(Feature),
+    /// A point on the light itself. `at`: barycentrics (b1, b2) of a triangle, coordinates in the equal-area square of
+    /// an environment, [0, 0] of a punctual light.
+    Source {
+        /// Index in the device's list of lights.
+        light: u32,
+        at: [f32; 2],
+    },
+}
+
+impl LightEnd {
+    pub(super) fn is_finite(&self) -> bool {
+        match self {
+            Self::Surface(feature) => feature.is_finite(),
+            Self::Source { at, .. } => at[0].is_finite() && at[1].is_finite(),
+        }
+    }
+}
+
+/// A connection that could have made a path: one interior edge (x_j, x_{j+1}).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainingNode {
+    /// At x_j.
+    pub eye: Feature,
+    /// At x_{j+1}.
+    pub light: LightEnd,
+    /// PE(j) |f_y(x_n..x_{j+1})| / p: density of connecting at this edge over the density p that the path was sampled
+    /// with, before N, Gamma and 1/Q. Zero where an end is a delta vertex.
+    pub mass: f32,
+}
+
+/// A full path of at least two edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainingPath {
+    /// [`TrainingSet::tile_of`] of the pixel.
+    pub tile: u32,
+    /// |f| / p
+    pub contribution: f32,
+    /// What of the mixture's density does not depend on Gamma, over p: PE(n) / p.
+    pub p0: f32,
+}
+
+/// Paths with their nodes, in rows of variable length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainingSet {
+    paths: Vec<TrainingPath>,
+    nodes: Vec<TrainingNode>,
+    /// Where each path's nodes begin, and the end of the last.
+    offsets: Vec<u32>,
+    /// Pixels of each tile.
+    tile_pixels: Vec<u32>,
+    /// Tiles along a row of the picture.
+    tile_columns: u32,
+}
+
+impl TrainingSet {
+    /// An empty set for a picture of this size, whose paths begin evenly all over it.
+    pub fn new(width: u32, height: u32) -> Self {
+        let columns = width.div_ceil(TILE_SIZE).max(1);
+        let rows = height.div_ceil(TILE_SIZE).max(1);
+        let side = |tile: u32, size: u32| size.saturating_sub(tile * TILE_SIZE).clamp(1, TILE_SIZE);
+        let tile_pixels =
+            (0..rows).flat_map(|y| (0..columns).map(move |x| side(x, width) * side(y, height))).collect();
+        Self { paths: Vec::new(), nodes: Vec::new(), offsets: vec![0], tile_pixels, tile_columns: columns }
+    }
+
+    /// The tile of a pixel of the picture.
+    pub fn tile_of(&self, x: u32, y: u32) -> u32 {
+        y / TILE_SIZE * self.tile_columns + x / TILE_SIZE
+    }
+
+    pub fn push_path(&mut self, path: TrainingPath, nodes: &[TrainingNode]) {
+        self.paths.push(path);
+        self.nodes.extend_from_slice(nodes);
+        self.offsets.push(self.nodes.len() as u32);
+    }
+
+    pub fn paths(&self) -> &[TrainingPath] {
+        &self.paths
+    }
+
+    pub fn nodes(&self) -> &[TrainingNode] {
+        &self.nodes
+    }
+
+    pub(super) fn nodes_of(&self, path: usize) -> Range<usize> {
+        self.offsets[path] as usize..self.offsets[path + 1] as usize
+    }
+
+    pub(super) fn tile_pixels(&self) -> &[u32] {
+        &self.tile_pixels
+    }
+}
+
+/// A light vertex of the pass that estimates Q.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSample {
+    pub end: LightEnd,
+    /// |w|: sum of the channels of throughput over density.
+    pub weight: f32,
+}
