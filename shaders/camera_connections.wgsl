@@ -3,6 +3,9 @@
 #import lib/hit
 #import lib/medium
 #import lib/strategies
+#if subspaces
+#import lib/subspaces
+#endif
 
 // Connects the vertices that light paths have just reached to the camera (t = 1).
 
@@ -24,7 +27,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if view.pixel == NO_PIXEL || (materials[point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    let arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    var arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+#if subspaces
+    arrival.edge = light_edge(point, arrival.world_from, shares_in[index]);
+#endif
     let connection = connect_camera(point, arrival, view);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);

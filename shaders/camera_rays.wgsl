@@ -30,6 +30,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     paths_in[path] = PathRay(origin, path, unit_direction, camera_pdf(unit_direction), vec3f(1.0), 0u);
     sub_paths_in[path] =
         SubPath(origin, 0.0, vec3f(0.0), SUBPATH_CAMERA | select(0u, SUBPATH_INFINITE, parallel));
+#if subspaces
+    shares_in[path] = vec4f(0.0);
+#endif
 #else
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);
 #endif

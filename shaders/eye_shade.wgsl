@@ -27,9 +27,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let hit = hits[index];
     let previous = sub_paths_in[index];
     let depth = ray.depth_medium & 0xffffu;
+#if lights
+    var shares: EyeShares;
+#if subspaces
+    shares = EyeShares(shares_in[index], eye_labels[index]);
+#endif
+#endif
     if hit.triangle == NO_TRIANGLE {
 #if environment
-        let weight = environment_weight(previous, ray.direction, ray.pdf_solid);
+        let weight = environment_weight(previous, shares, ray.direction, ray.pdf_solid);
         add_radiance(ray.path, depth, ray.throughput * environment_radiance(ray.direction), weight);
 #endif
         return;
@@ -41,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if area_lights
     let light_index = triangles[hit.triangle].light;
     if light_index != 0u {
-        let weight = emitter_weight(point, arrival, light_index - 1u);
+        let weight = emitter_weight(point, arrival, shares, light_index - 1u);
         add_radiance(ray.path, depth, throughput * point_emission(point, arrival.world_from), weight);
     }
 #endif
@@ -69,4 +75,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
     );
     sub_paths_out[slot] = departure.next;
+#if subspaces
+    let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
+    let before = select(eye_share(previous.flags, shares.share, shares.labels.y), 0.0, is_delta);
+    // What was sampled is f |cos| / density; roulette is in both.
+    let f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
+    let cos_from = abs(dot(arrival.world_from, point.world_ng));
+    let continued = shares.share.rgb * f * (cos_from * arrival.to_previous) + before;
+    shares_out[slot] = vec4f(continued / arrival.pdf_area, bitcast<f32>(shares.labels.x));
+#endif
 }

@@ -1,5 +1,8 @@
 #import bind/accel
 #import bind/light_cache
+#if subspaces
+#import bind/buckets
+#endif
 #import bind/queue
 #import lib/alias
 #import lib/hit
@@ -20,7 +23,38 @@ struct Selection {
 const NO_VERTEX: u32 = 0xffffffffu;
 
 /// `number`: of the connection among those of the eye vertex.
-fn select_light_vertex(path: u32, depth: u32, number: u32) -> Selection {
+fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+#if subspaces
+    // Two stages: a light subspace by Gamma, and of it a vertex in proportion to |w|. Where the subspace is empty
+    // this time, there is no connection, and no other draw: that would be a bias.
+    let eye_label = eye_labels[index].x;
+    let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
+    let mixed = pcg4d(vec4u(words.xyz, number));
+    let draw = alias_draw(mixed.xy, SUBSPACES);
+    let slot = gamma_alias[eye_label * SUBSPACES + draw.slot];
+    let light_label = alias_pick(draw, slot.x, slot.y);
+    let range = bucket_range(light_label);
+    if range.x == range.y {
+        return Selection(NO_VERTEX, 0.0);
+    }
+    let total = bucket_sums[range.y - 1u];
+    let target_sum = uniform_from_word(mixed.z) * total;
+    // The first vertex whose sum is above the target: one without weight never is.
+    var low = range.x;
+    var high = range.y - 1u;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if bucket_sums[middle] > target_sum {
+            high = middle;
+        } else {
+            low = middle + 1u;
+        }
+    }
+    let vertex = bucket_order[low];
+    let weight = magnitude(light_vertices[vertex].weight);
+    let expected = f32(batch.light_path_count) * f32(CELLS) * gamma_pdf[eye_label * SUBSPACES + light_label];
+    return Selection(select(NO_VERTEX, vertex, weight > 0.0), total / weight / expected);
+#else
 #if own_light_path
     // Every vertex of the light path that was traced for this eye path, once.
     let first = light_path_offsets[path];
@@ -35,6 +69,7 @@ fn select_light_vertex(path: u32, depth: u32, number: u32) -> Selection {
     let draw = alias_draw(pcg4d(vec4u(words.xyz, number)).xy, vertices);
     let inv_density = f32(vertices) / (f32(batch.light_path_count) * f32(CELLS));
     return Selection(light_order[draw.slot], inv_density);
+#endif
 #endif
 }
 
@@ -69,7 +104,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (materials[eye_point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    let selection = select_light_vertex(ray.path, depth, counts.connection_round * CELLS + cell);
+    let selection = select_light_vertex(index, ray.path, depth, counts.connection_round * CELLS + cell);
     if selection.vertex == NO_VERTEX {
         return;
     }
@@ -82,7 +117,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let arrival = arrive(eye_point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-    let connection = connect(eye_point, arrival, vertex);
+    var shares: EyeShares;
+#if subspaces
+    shares = EyeShares(shares_in[index], eye_labels[index]);
+#endif
+    let connection = connect(eye_point, arrival, shares, vertex);
     let link = connection.link;
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium = medium_between(ray.depth_medium >> 16u, eye_point, arrival.world_from);

@@ -8,6 +8,9 @@
 #if light_only
 #import lib/camera
 #endif
+#if subspaces
+#import lib/subspaces
+#endif
 
 // Starts light paths: a point on a light, drawn by power, and a ray that leaves it.
 
@@ -20,7 +23,7 @@ fn connect_camera(path: u32, emission: Emission) {
     switch emission.kind {
 #if area_lights
         case LIGHT_TRIANGLE: {
-            let point = surface_point(emission.index, emission.b1, emission.b2);
+            let point = surface_point(emission.index, emission.at.x, emission.at.y);
             let view = camera_view(point.position);
             let cosine = emission_pdf_solid(point, view.direction) * PI * emitting_sides(point);
             pixel = view.pixel;
@@ -77,6 +80,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         PathRay(emission.origin, path, emission.direction, emission.pdf_solid, emission.throughput, 1u);
     sub_paths_in[path] =
         SubPath(emission.position, ratio / emission.pdf_light, emission.normal, emission.flags);
+#if subspaces
+    let label = source_label(emission.light, emission.at);
+    shares_in[path] = light_share(emission.weight, label);
+#else
+    let label = 0u;
+#endif
 #if light_cache
     let light_path = batch.first_light_path + path;
     light_path_lengths[light_path] = 1u;
@@ -87,14 +96,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             emission.index,
             -emission.direction,
             (emission.kind + 1u) << 16u,
-            emission.b1,
-            emission.b2,
+            emission.at.x,
+            emission.at.y,
             emission.pdf_light,
             ratio,
             1.0,
             0.0,
             light_path,
-            0u,
+            label << 16u,
         );
     }
 #endif

@@ -7,6 +7,9 @@
 #if light_cache
 #import bind/light_cache
 #endif
+#if subspaces
+#import lib/subspaces
+#endif
 
 // A light path's next surface: its vertex goes to the cache, and the path goes on.
 
@@ -28,12 +31,19 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
 #endif
-    let arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    var arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
     let throughput = ray.throughput * transmittance(medium, hit.t);
     let surface = point_surface(point);
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
+#if subspaces
+    arrival.edge = light_edge(point, arrival.world_from, shares_in[index]);
+    let label = vertex_label(TREE_LIGHT, point, arrival.world_from);
+#else
+    let label = 0u;
+#endif
 #if light_cache
-    if depth + 2u <= batch.max_depth && (surface.flags & SURFACE_DELTA) == 0u {
+    if depth + 2u <= batch.max_depth && !is_delta {
         let light_path = batch.first_light_path + ray.path;
         let number = light_path_lengths[light_path];
         light_path_lengths[light_path] = number + 1u;
@@ -50,9 +60,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 arrival.pdf_area,
                 arrival.ratio,
                 arrival.to_previous,
-                edge_density(arrival.flags, false),
+                arrival.edge,
                 light_path,
-                number,
+                number | (label << 16u),
             );
         }
     }
@@ -78,4 +88,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
     );
     sub_paths_out[slot_out] = departure.next;
+#if subspaces
+    shares_out[slot_out] = light_share(select(throughput, vec3f(0.0), is_delta), label);
+#endif
 }

@@ -115,12 +115,25 @@ pub enum DeviceError {
         "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
     )]
     TreeTooDeep { depth: u32, limit: u32 },
+    #[error(
+        "pre-tracing left {needed} records where {capacity} fit; limit the length of paths with --max-depth, and please \
+         report the scene"
+    )]
+    TrainingFull { needed: u32, capacity: u32 },
     #[error(transparent)]
     Math(#[from] MathError),
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Subspace(Box<SubspaceError>),
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
+}
+
+impl From<SubspaceError> for DeviceError {
+    fn from(error: SubspaceError) -> Self {
+        Self::Subspace(Box::new(error))
+    }
 }
 
 /// Pictures: reading, writing, comparing.

@@ -1,5 +1,6 @@
 //! The budget loop: rounds of samples until the first limit of samples, time or error is met.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -11,8 +12,11 @@ use crate::device::scene::DeviceScene;
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Layer, Picture};
-use crate::integrator::{Integrator, Method, RayCounts, Region, Settings, Strategy, integrator};
+use crate::integrator::{
+    Integrator, Method, RayCounts, Region, Settings, Strategy, Training, integrator, train,
+};
 use crate::scene::{Scene, SceneFeatures};
+use crate::subspace::{Model, TrainingReport};
 
 /// When to stop: the first limit that is met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,6 +57,9 @@ pub struct RenderOptions {
     pub first_hit_layers: bool,
     /// Time every kernel.
     pub timing: bool,
+    /// What `Method::SpcBpt` has learnt before; `None`: it learns from `training` first.
+    pub model: Option<Arc<Model>>,
+    pub training: Training,
     /// Features to compile for; `None` takes those of the scene (tests force others).
     pub features: Option<SceneFeatures>,
 }
@@ -71,6 +78,8 @@ impl Default for RenderOptions {
             budget: Budget::default(),
             first_hit_layers: false,
             timing: false,
+            model: None,
+            training: Training::default(),
             features: None,
         }
     }
@@ -104,6 +113,9 @@ pub struct Report {
     pub accel_seconds: f64,
     pub upload_seconds: f64,
     pub compile_seconds: f64,
+    /// Of learning before the first sample: tracing, and all of it.
+    pub pretracing_seconds: f64,
+    pub preprocessing_seconds: f64,
     pub estimated_error: Option<f64>,
     pub rays: RayCounts,
     pub non_finite: u64,
@@ -111,6 +123,8 @@ pub struct Report {
     pub dropped_triangles: usize,
     pub lights: usize,
     pub features: SceneFeatures,
+    /// Of the model that was learnt or given.
+    pub training: Option<TrainingReport>,
     /// Bytes by buffer.
     pub memory: Vec<(String, u64)>,
     /// Seconds and dispatches by kernel, where timed.
@@ -120,6 +134,8 @@ pub struct Report {
 /// A scene made ready for one device: renders can be continued and looked at.
 pub struct Renderer<'a> {
     context: &'a Context,
+    /// What `Method::SpcBpt` connects by.
+    pub model: Option<Arc<Model>>,
     integrator: Box<dyn Integrator>,
     options: RenderOptions,
     sums: FilmSums,
@@ -168,6 +184,9 @@ impl<'a> Renderer<'a> {
             accel_seconds: accel.build_time.as_secs_f64(),
             upload_seconds: device_scene.upload_time.as_secs_f64(),
             compile_seconds: 0.0,
+            pretracing_seconds: 0.0,
+            preprocessing_seconds: 0.0,
+            training: None,
             estimated_error: None,
             rays: RayCounts::default(),
             non_finite: 0,
@@ -178,7 +197,20 @@ impl<'a> Renderer<'a> {
             memory: Vec::new(),
             kernels: Default::default(),
         };
-        let mut integrator = integrator(context, device_scene, &device_camera, settings)?;
+        let model = match (options.method, options.model.clone()) {
+            (Method::SpcBpt { .. }, None) if device_scene.light_count > 0 => {
+                let hash = scene.content_hash();
+                let trained =
+                    train(context, &device_scene, &device_camera, settings, hash, &options.training, |_| {})?;
+                report.pretracing_seconds = trained.tracing.as_secs_f64();
+                report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
+                Some(Arc::new(trained.model))
+            }
+            (Method::SpcBpt { .. }, model) => model,
+            _ => None,
+        };
+        report.training = model.as_ref().map(|model| model.report.clone());
+        let mut integrator = integrator(context, device_scene, &device_camera, settings, model.as_deref())?;
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         let warm_up = Instant::now();
         integrator.warm_up(context)?;
@@ -191,6 +223,7 @@ impl<'a> Renderer<'a> {
         report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
         Ok(Self {
             context,
+            model,
             integrator,
             sums: FilmSums::new(region.width, region.height),
             first_hits,
@@ -253,7 +286,8 @@ impl<'a> Renderer<'a> {
             let a_sample = round_start.elapsed().as_secs_f64() / f64::from(samples);
             let mut next = ROUND.as_secs_f64() / a_sample;
             if let Some(time) = budget.time {
-                let left = time.saturating_sub(self.elapsed).as_secs_f64();
+                let used = self.elapsed.as_secs_f64() + self.report.preprocessing_seconds;
+                let left = time.as_secs_f64() - used;
                 if left <= 0.5 * a_sample {
                     break Stop::Time;
                 }

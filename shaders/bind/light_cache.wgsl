@@ -22,9 +22,10 @@ struct LightVertex {
     to_previous: f32,
     /// Density of connecting this vertex, as an eye vertex, to the one before: lib/mis.
     edge: f32,
-    /// Light path, and the vertex's number among those that the path has in the cache.
+    /// Light path, and the vertex's number among those that the path has in the cache; above its 16 bits the light
+    /// subspace.
     path: u32,
-    number: u32,
+    number_label: u32,
 }
 
 @group(3) @binding(0) var<storage, read_write> light_vertices: array<LightVertex>;

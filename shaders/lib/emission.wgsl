@@ -52,8 +52,9 @@ struct Emission {
     /// LIGHT_*; index of the triangle or punctual light.
     kind: u32,
     index: u32,
-    b1: f32,
-    b2: f32,
+    /// Index in `lights`, and the point on the light: barycentrics of a triangle, equal-area square of an environment.
+    light: u32,
+    at: vec2f,
     /// Density of the point per area (per solid angle of an environment; probability of a punctual light).
     pdf_light: f32,
     /// Radiance, intensity or irradiance over that density.
@@ -88,6 +89,7 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
     let light = lights[index];
     emission.kind = light.kind;
     emission.index = light.index;
+    emission.light = index;
     let u_point = vec2f(uniform_from_word(words.z), uniform_from_word(words.w));
     switch light.kind {
 #if area_lights
@@ -97,8 +99,7 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             let sides = emitting_sides(point);
             let side = select(1.0, -1.0, sides == 2.0 && u.z < 0.5);
             let frame = frame_from_normal(side * point.world_ng);
-            emission.b1 = b.y;
-            emission.b2 = b.z;
+            emission.at = b.yz;
             emission.pdf_light = light.pdf_select / point.area;
             emission.weight = point_emission(point, frame.normal) * point_presence(point) / emission.pdf_light;
             emission.direction = to_world(frame, sample_cosine_hemisphere(u.xy));
@@ -115,7 +116,8 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             let slot = alias_draw(point_words.xy, texels);
             let texel = alias_pick(slot, environment_alias[slot.slot].x, environment_alias[slot.slot].y);
             let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
-            let to_light = square_to_sphere((corner + u_point) / f32(ENVIRONMENT_SIZE));
+            emission.at = (corner + u_point) / f32(ENVIRONMENT_SIZE);
+            let to_light = square_to_sphere(emission.at);
             emission.pdf_light = light.pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
             emission.weight = environment_texels[texel].rgb / emission.pdf_light;
             emit_parallel(&emission, -to_light, u.xy);

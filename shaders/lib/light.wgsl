@@ -23,6 +23,11 @@ struct LightSample {
     end: vec3f,
     /// A light that no direction can hit by chance.
     is_delta: bool,
+    /// Index in `lights`, and the point on the light: barycentrics of a triangle, equal-area square of an environment.
+    light: u32,
+    at: vec2f,
+    /// Cosine at the light; 1 where it has no surface.
+    cos_light: f32,
 }
 
 #if environment
@@ -58,6 +63,8 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
     let draw = alias_draw(words.xy, arrayLength(&lights));
     let index = alias_pick(draw, lights[draw.slot].threshold, lights[draw.slot].alias_index);
     let light = lights[index];
+    sample.light = index;
+    sample.cos_light = 1.0;
     let u = vec2f(uniform_from_word(words.z), uniform_from_word(words.w));
     switch light.kind {
 #if area_lights
@@ -73,8 +80,9 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
                 sample.direction = span / distance;
                 sample.distance = distance;
                 sample.radiance = point_emission(point, -sample.direction) * point_presence(point);
-                let cos_light = abs(dot(sample.direction, point.world_ng));
-                if cos_light >= MIN_COS {
+                sample.at = b.yz;
+                sample.cos_light = abs(dot(sample.direction, point.world_ng));
+                if sample.cos_light >= MIN_COS {
                     sample.pdf_solid = area_light_pdf_solid(point, index, sample.direction, distance);
                 }
             }
@@ -86,7 +94,8 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
             let slot = alias_draw(point_words.xy, texels);
             let texel = alias_pick(slot, environment_alias[slot.slot].x, environment_alias[slot.slot].y);
             let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
-            sample.direction = square_to_sphere((corner + u) / f32(ENVIRONMENT_SIZE));
+            sample.at = (corner + u) / f32(ENVIRONMENT_SIZE);
+            sample.direction = square_to_sphere(sample.at);
             sample.distance = MAX_FLOAT;
             sample.radiance = environment_texels[texel].rgb;
             sample.pdf_solid = light.pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;

@@ -5,6 +5,9 @@
 #import lib/light
 #import lib/mis
 #import lib/subpath
+#if subspaces
+#import lib/subspaces
+#endif
 
 // The three ways to finish a path, each with its weight: an eye vertex and a vertex of the light cache are connected,
 // an eye path hits a light, a light vertex is connected to the camera.
@@ -88,8 +91,14 @@ struct Connection {
     weight: f32,
 }
 
+/// An eye vertex's part in weights by subspaces: its `shares_in` and `eye_labels`.
+struct EyeShares {
+    share: vec4f,
+    labels: vec2u,
+}
+
 /// Connects an eye vertex that is no delta vertex.
-fn connect(eye_point: SurfacePoint, arrival: Arrival, vertex: LightVertex) -> Connection {
+fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
     let kind = vertex.depth_kind >> 16u;
     var connection = Connection(link_to(eye_point, vertex, kind), vec3f(0.0), 1.0);
     let link = connection.link;
@@ -107,6 +116,7 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, vertex: LightVertex) -> Co
     }
     var pdf_light = 0.0;
     var eye_step = 0.0;
+    var f_eye: vec3f;
     // First the eye's end, then the light's: one call site for the whole BSDF.
     for (var turn = 0u; turn < select(1u, 2u, kind == 0u) && any(light > vec3f(0.0)); turn++) {
         let at_eye = turn == 0u;
@@ -121,42 +131,73 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, vertex: LightVertex) -> Co
         let surface = point_surface(point);
         let value = shading_evaluate(surface, point_frame(point), world_from, world_to, at_eye);
         let survives = survival(surface);
-        light *= value.f;
         if at_eye {
+            f_eye = value.f;
+            // Nothing to do at the light's end where nothing passes here.
+            light *= select(vec3f(0.0), vec3f(1.0), f_eye > vec3f(0.0));
             pdf_light = value.pdf_solid * survives * link.to_light;
             eye_step = arrival_step(arrival, value.pdf_back_solid * survives, false);
         } else {
+            light *= value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
             let pdf_back = value.pdf_back_solid * survives * vertex.to_previous;
             light_step = mis_step(vertex.ratio, pdf_back, vertex.edge, vertex.pdf_area);
         }
     }
-    connection.light = light * (abs(dot(link.direction, eye_point.world_ng)) * link.to_light);
+    let geometry = abs(dot(link.direction, eye_point.world_ng)) * link.to_light;
+    connection.light = light * f_eye * geometry;
+#if subspaces
+    let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * magnitude(vertex.weight);
+    let before = eye_share(arrival.flags, shares.share, shares.labels.y);
+    let cos_from = abs(dot(arrival.world_from, eye_point.world_ng));
+    let continued = shares.share.rgb * f_eye * (cos_from * arrival.to_previous) + before;
+    let nearer = magnitude(light * geometry * continued) / arrival.pdf_area;
+    connection.weight = edge / (edge + nearer + eye_step * pdf_eye + light_step * pdf_light);
+#else
     connection.weight = connection_weight(batch.connection_density, eye_step, pdf_eye, light_step, pdf_light);
+#endif
     return connection;
 }
 
 #if area_lights
 /// Weight of an eye path that met an emitting triangle; `light`: its index in `lights`.
-fn emitter_weight(point: SurfacePoint, arrival: Arrival, light: u32) -> f32 {
+fn emitter_weight(point: SurfacePoint, arrival: Arrival, shares: EyeShares, light: u32) -> f32 {
     if (arrival.flags & SUBPATH_CAMERA) != 0u {
         return 1.0;
     }
     let pdf_previous = emission_pdf_solid(point, arrival.world_from) * arrival.to_previous;
     let pdf_light = lights[light].pdf_select / point.area;
-    return hit_weight(edge_density(arrival.flags, false), arrival.ratio, pdf_previous, pdf_light, arrival.pdf_area);
+#if subspaces
+    let emission = point_emission(point, arrival.world_from) * point_presence(point);
+    let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
+    let edge = eye_share(arrival.flags, shares.share, source_label(light, point.b.yz));
+    let others = edge * magnitude(emission) + magnitude(shares.share.rgb * emission) * geometry
+        + arrival.ratio * pdf_previous * pdf_light;
+    return 1.0 / (1.0 + others / arrival.pdf_area);
+#else
+    return hit_weight(arrival.edge, arrival.ratio, pdf_previous, pdf_light, arrival.pdf_area);
+#endif
 }
 #endif
 
 #if environment
 /// Weight of an eye path that left the scene along `direction`, which has the density `pdf_solid`.
-fn environment_weight(previous: SubPath, direction: vec3f, pdf_solid: f32) -> f32 {
+fn environment_weight(previous: SubPath, shares: EyeShares, direction: vec3f, pdf_solid: f32) -> f32 {
     if (previous.flags & SUBPATH_CAMERA) != 0u {
         return 1.0;
     }
     let pdf_previous = abs(dot(direction, previous.normal)) * disk_pdf_area();
     let pdf_light = environment_pdf_solid(direction);
-    return hit_weight(edge_density(previous.flags, false), previous.ratio, pdf_previous, pdf_light, pdf_solid);
+#if subspaces
+    let radiance = environment_radiance(direction);
+    let cosine = abs(dot(direction, previous.normal));
+    let edge = eye_share(previous.flags, shares.share, source_label(ENVIRONMENT_LIGHT, sphere_to_square(direction)));
+    let others = edge * magnitude(radiance) + magnitude(shares.share.rgb * radiance) * cosine
+        + previous.ratio * pdf_previous * pdf_light;
+    return 1.0 / (1.0 + others / pdf_solid);
+#else
+    return hit_weight(edge_density(previous.flags), previous.ratio, pdf_previous, pdf_light, pdf_solid);
+#endif
 }
 #endif
 

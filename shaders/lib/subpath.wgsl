@@ -19,6 +19,8 @@ struct Arrival {
     /// Turns a density per solid angle towards the vertex before into its density per area there.
     to_previous: f32,
     ratio: f32,
+    /// c of lib/mis between this vertex, if it is no delta vertex, and the one before.
+    edge: f32,
     flags: u32,
 }
 
@@ -26,7 +28,7 @@ struct Arrival {
 fn arrive(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> Arrival {
     if (previous.flags & SUBPATH_INFINITE) != 0u {
         let pdf_area = pdf_solid * abs(dot(direction, point.world_ng));
-        return Arrival(-direction, pdf_area, 1.0, previous.ratio, previous.flags);
+        return Arrival(-direction, pdf_area, 1.0, previous.ratio, edge_density(previous.flags), previous.flags);
     }
     let span = previous.position - point.position;
     let inv_distance_sq = 1.0 / dot(span, span);
@@ -38,13 +40,15 @@ fn arrive(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPa
         pdf_solid * abs(dot(world_from, point.world_ng)) * inv_distance_sq,
         cos_previous * inv_distance_sq,
         previous.ratio,
+        edge_density(previous.flags),
         previous.flags,
     );
 }
 
-/// c of lib/mis between the vertex that `flags` describes and the one after it.
-fn edge_density(flags: u32, is_delta: bool) -> f32 {
-    if is_delta || (flags & SUBPATH_DELTA) != 0u {
+/// c of lib/mis between the vertex that `flags` describes and the one after it, if that is no delta vertex. (Of
+/// connections by subspaces lib/subspaces knows more.)
+fn edge_density(flags: u32) -> f32 {
+    if (flags & SUBPATH_DELTA) != 0u {
         return 0.0;
     }
     return select(batch.connection_density, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
@@ -52,7 +56,7 @@ fn edge_density(flags: u32, is_delta: bool) -> f32 {
 
 /// `mis_step` at a vertex for a density towards the vertex before, per solid angle, roulette included.
 fn arrival_step(arrival: Arrival, pdf_back_solid: f32, is_delta: bool) -> f32 {
-    let edge = edge_density(arrival.flags, is_delta);
+    let edge = select(arrival.edge, 0.0, is_delta);
     return mis_step(arrival.ratio, pdf_back_solid * arrival.to_previous, edge, arrival.pdf_area);
 }
 

@@ -15,7 +15,7 @@ use super::{Exit, strategies};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
 use crate::film::{Attribute, Picture, exr, png, tev};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Region};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Region, Training};
 use crate::render::{Budget, Progress, RenderOptions, Renderer, Report, Stop};
 use crate::scene::Scene;
 
@@ -32,6 +32,8 @@ pub enum IntegratorName {
     Bdpt,
     /// Bidirectional path tracing with a light vertex cache that the whole picture shares.
     Lvcbpt,
+    /// Bidirectional path tracing that has learnt which light vertices are worth a connection (SPCBPT).
+    Spcbpt,
     /// Light tracing: light paths alone, connected to the camera.
     Light,
 }
@@ -103,12 +105,19 @@ pub struct MethodArgs {
     /// light all of them).
     #[arg(long, value_name = "M")]
     light_paths: Option<u32>,
-    /// Connections of each vertex of an eye path to the light vertex cache (lvcbpt).
+    /// Connections of each vertex of an eye path to the light vertex cache (lvcbpt, spcbpt).
     #[arg(long, value_name = "N")]
     connections: Option<u32>,
-    /// Connect light paths to the camera as well (bdpt, lvcbpt): finds caustics.
+    /// Connect light paths to the camera as well (bdpt, lvcbpt, spcbpt): finds caustics.
     #[arg(long)]
     light_tracing: bool,
+    /// Full paths that spcbpt learns from before it renders (default 200000).
+    #[arg(long, value_name = "N")]
+    train_paths: Option<u32>,
+    /// Subspaces that spcbpt sorts sub-paths into, on the eye's and on the light's side (default: as many as the
+    /// training paths can teach).
+    #[arg(long, value_name = "K")]
+    subspaces: Option<u32>,
 }
 
 impl MethodArgs {
@@ -124,14 +133,14 @@ impl MethodArgs {
                 "{flag} is a setting of {who}; leave it out, or choose with --integrator"
             )))
         };
-        if light_paths.is_some() && !matches!(name, Name::Lvcbpt | Name::Light) {
-            return refuse("--light-paths", "lvcbpt and light");
+        if light_paths.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Light) {
+            return refuse("--light-paths", "lvcbpt, spcbpt and light");
         }
-        if self.connections.is_some() && name != Name::Lvcbpt {
-            return refuse("--connections", "lvcbpt");
+        if self.connections.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt) {
+            return refuse("--connections", "lvcbpt and spcbpt");
         }
-        if self.light_tracing && !matches!(name, Name::Lvcbpt | Name::Bdpt) {
-            return refuse("--light-tracing", "bdpt and lvcbpt");
+        if self.light_tracing && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Bdpt) {
+            return refuse("--light-tracing", "bdpt, lvcbpt and spcbpt");
         }
         if light_paths == Some(0) {
             return Err(InputError::Usage("--light-paths takes at least 1 light path an iteration".into()));
@@ -144,8 +153,35 @@ impl MethodArgs {
             Name::Path => Method::Path,
             Name::Bdpt => Method::Bdpt { light_tracing: self.light_tracing },
             Name::Lvcbpt => Method::LvcBpt { light_paths, connections, light_tracing: self.light_tracing },
+            Name::Spcbpt => Method::SpcBpt { light_paths, connections, light_tracing: self.light_tracing },
             Name::Light => Method::Light { light_paths },
         })
+    }
+}
+
+impl MethodArgs {
+    /// What spcbpt learns from.
+    ///
+    /// # Errors
+    /// A setting of another integrator, or out of its range.
+    pub fn training(&self) -> Result<Training, InputError> {
+        let mut training = Training::default();
+        if self.integrator != IntegratorName::Spcbpt {
+            for (given, flag) in
+                [(self.train_paths.is_some(), "--train-paths"), (self.subspaces.is_some(), "--subspaces")]
+            {
+                if given {
+                    return Err(InputError::Usage(format!(
+                        "{flag} is a setting of spcbpt; leave it out, or add --integrator spcbpt"
+                    )));
+                }
+            }
+        }
+        training.paths = self.train_paths.unwrap_or(training.paths);
+        training.settings.subspaces = self.subspaces;
+        training.settings.connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
+        training.settings.check().map_err(|error| InputError::Usage(error.to_string()))?;
+        Ok(training)
     }
 }
 
@@ -276,6 +312,8 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
         first_hit_layers: true,
         timing: args.stats.is_some(),
         features: None,
+        model: None,
+        training: args.method.training()?,
     })
 }
 
@@ -372,6 +410,23 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
         report.accel_seconds,
         report.compile_seconds
     );
+    if let Some(training) = &report.training {
+        let losses = [0, training.best_step as usize].map(|step| training.losses.get(step)?.held_out);
+        let gain = match losses {
+            [Some(start), Some(best)] if start > 0.0 => {
+                format!(", held-out loss {:.3} of the start's", best / start)
+            }
+            _ => String::new(),
+        };
+        eprintln!(
+            "learnt in {:.2} s ({:.2} s of them tracing) from {} paths with {} connections: {} eye subspaces in use{gain}",
+            report.preprocessing_seconds,
+            report.pretracing_seconds,
+            training.counts.paths,
+            training.counts.nodes,
+            training.counts.learnt_rows,
+        );
+    }
     if report.dropped_triangles > 0 {
         eprintln!("{} triangles without area were left out", report.dropped_triangles);
     }
@@ -394,7 +449,7 @@ impl Record<'_> {
             text("integrator", self.method.name().into()),
             number("spp", f64::from(report.samples)),
             number("seconds", report.seconds),
-            number("preprocessingSeconds", 0.0),
+            number("preprocessingSeconds", report.preprocessing_seconds),
             text("seed", self.args.seed.to_string()),
             text("device", self.device.clone()),
             text("sceneHash", format!("{:016x}", self.scene_hash)),

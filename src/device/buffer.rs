@@ -8,7 +8,7 @@ use super::context::Context;
 use crate::error::DeviceError;
 
 /// Named buffers. The names are those of the `var`s in the shaders.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct BufferTable {
     buffers: BTreeMap<String, wgpu::Buffer>,
 }

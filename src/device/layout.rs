@@ -162,6 +162,49 @@ device_struct! {
 }
 
 device_struct! {
+    /// A vertex of an eye path that pre-tracing wrote down.
+    pub struct TrainingVertex {
+        pub position: [f32; 3],
+        pub path: u32,
+        pub normal: [f32; 3],
+        pub depth_delta: u32,
+        pub direction: [f32; 3],
+        pub pdf_area: f32,
+        pub f: [f32; 3],
+        pub geometry: f32,
+    }
+}
+
+device_struct! {
+    /// A light that an eye path of pre-tracing found.
+    pub struct TrainingEnd {
+        pub emitted: [f32; 3],
+        pub path: u32,
+        pub f: [f32; 3],
+        pub depth_sampled: u32,
+        pub contribution: f32,
+        pub p0: f32,
+        pub geometry: f32,
+        pub light: u32,
+        pub at: [f32; 2],
+        pub pad0: u32,
+        pub pad1: u32,
+    }
+}
+
+device_struct! {
+    /// A vertex of the light cache as the host learns from it.
+    pub struct LightFeature {
+        pub position: [f32; 3],
+        pub weight: f32,
+        pub normal: [f32; 3],
+        pub light: u32,
+        pub direction: [f32; 3],
+        pub pad: u32,
+    }
+}
+
+device_struct! {
     /// A vertex of the light cache.
     pub struct LightVertex {
         pub weight: [f32; 3],
@@ -175,7 +218,7 @@ device_struct! {
         pub to_previous: f32,
         pub edge: f32,
         pub path: u32,
-        pub number: u32,
+        pub number_label: u32,
     }
 }
 

@@ -9,7 +9,9 @@ use crate::device::layout::{Batch, Camera, Counts, LightVertex};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, Context, Kernel};
 use crate::error::DeviceError;
+use crate::subspace::Model;
 
+use super::subspaces::Subspaces;
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
 use super::{DEFAULT_LIGHT_PATHS, Integrator, Method, Settings};
 
@@ -25,12 +27,14 @@ const PILOT_SAMPLE: u32 = u32::MAX;
 
 /// See the module.
 pub(super) struct Bidirectional {
-    wavefront: Wavefront,
+    pub wavefront: Wavefront,
     method: Method,
     /// Light paths of an iteration.
     light_paths: u32,
     connection_density: f32,
     kernels: Kernels,
+    /// Connections are chosen by subspaces.
+    subspaces: Option<Subspaces>,
     /// `None` where there is nothing to sample as a light.
     light: Option<LightStage>,
     /// Shading of eye paths; none in light tracing.
@@ -72,18 +76,24 @@ impl Bidirectional {
         scene: DeviceScene,
         camera: &Camera,
         settings: Settings,
+        model: Option<&Model>,
     ) -> Result<Self, DeviceError> {
         let method = settings.method;
         let cells = match method {
             Method::Bdpt { .. } => OWN_PATH_CELLS,
-            Method::LvcBpt { connections, .. } => connections,
+            Method::LvcBpt { connections, .. } | Method::SpcBpt { connections, .. } => connections,
             Method::Path | Method::Light { .. } => 1,
         };
-        let form = Form { cells, bidirectional: true, splats: method.traces_light() };
+        let form = Form {
+            cells,
+            bidirectional: true,
+            splats: method.traces_light(),
+            subspaces: model.map_or(0, |model| model.subspaces),
+        };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let pixels = settings.region.pixels();
         let light_paths = match method {
-            Method::LvcBpt { light_paths, .. } => {
+            Method::LvcBpt { light_paths, .. } | Method::SpcBpt { light_paths, .. } => {
                 let default = f64::from(settings.width) * f64::from(settings.height) * DEFAULT_LIGHT_PATHS;
                 light_paths.unwrap_or(default.ceil() as u32)
             }
@@ -92,6 +102,10 @@ impl Bidirectional {
         };
         let caches = !matches!(method, Method::Light { .. });
         let lights = wavefront.has_lights();
+        let subspaces = match model {
+            Some(model) if lights => Some(Subspaces::new(context, &mut wavefront, model)?),
+            _ => None,
+        };
         let mut kernels =
             Kernels { light_rays: None, light_shade: None, light_order: None, light_connections: None };
         if lights {
@@ -117,6 +131,7 @@ impl Bidirectional {
             light_paths,
             connection_density: 1.0,
             kernels,
+            subspaces,
             light: None,
             eye_shade,
             connect: None,
@@ -212,6 +227,9 @@ impl Bidirectional {
         if let Some(order) = &kernels.light_order {
             light.order = Some(order.bind(context, &wavefront.buffers)?);
         }
+        if let Some(subspaces) = &mut self.subspaces {
+            subspaces.bind(context, wavefront, vertices)?;
+        }
         if let Some(connections) = &kernels.light_connections {
             self.connect = Some(wavefront.bind_pair(context, connections)?);
         }
@@ -221,7 +239,7 @@ impl Bidirectional {
     /// Light paths that the cache must hold at a time.
     fn cached_paths(&self) -> u32 {
         match self.method {
-            Method::LvcBpt { .. } => self.light_paths.max(PILOT_PATHS),
+            Method::LvcBpt { .. } | Method::SpcBpt { .. } => self.light_paths.max(PILOT_PATHS),
             Method::Bdpt { .. } => self.light_paths.min(self.wavefront.capacity),
             Method::Path | Method::Light { .. } => 0,
         }
@@ -235,6 +253,16 @@ impl Bidirectional {
         batch.first_sample = PILOT_SAMPLE;
         let counts = self.trace_light(context, &batch, PILOT_PATHS, Light::Cache)?;
         Ok(f64::from(counts.light_vertices) / f64::from(PILOT_PATHS))
+    }
+
+    /// Traces `paths` light paths into the cache, and nothing else: for those who learn from it.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn fill_cache(&mut self, context: &Context, sample: u32, paths: u32) -> Result<Counts, DeviceError> {
+        let mut batch = self.wavefront.batches(sample, 1)[0];
+        batch.light_path_count = paths;
+        self.trace_light(context, &batch, paths, Light::Cache)
     }
 
     /// Traces `paths` light paths; `template` says of which iteration, or, for light paths of pixels, of which pixels.
@@ -302,7 +330,11 @@ impl Bidirectional {
     fn sort_cache(&mut self, context: &Context) -> Result<(), DeviceError> {
         let Some(light) = &self.light else { return Ok(()) };
         let (Some(scan), Some(order)) = (&light.scan, &light.order) else { return Ok(()) };
-        let stages = [Stage::new(scan, Size::Count(1)), Stage::new(order, Size::Count(light.capacity))];
+        let mut stages =
+            vec![Stage::new(scan, Size::Count(1)), Stage::new(order, Size::Count(light.capacity))];
+        if let Some(subspaces) = &self.subspaces {
+            stages.extend(subspaces.sort.iter().cloned());
+        }
         self.wavefront.submit(context, &stages)
     }
 
@@ -314,6 +346,9 @@ impl Bidirectional {
         };
         [0, 1].map(|parity: usize| {
             let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
+            if let Some(subspaces) = &self.subspaces {
+                stages.push(Stage::new(&subspaces.labels[parity], Size::Paths));
+            }
             if let Some(connect) = &self.connect {
                 for _ in 0..rounds {
                     stages.push(Stage::new(&connect[parity], Size::Cells));
@@ -348,7 +383,7 @@ impl Bidirectional {
             .map(|&batch| Batch {
                 light_path_count: light_paths,
                 connection_density: match self.method {
-                    Method::Light { .. } => 0.0,
+                    Method::Light { .. } | Method::SpcBpt { .. } => 0.0,
                     _ => self.connection_density,
                 },
                 camera_paths: if lit && self.method.traces_light() { light_paths as f32 } else { 0.0 },
@@ -394,7 +429,9 @@ enum Light {
 fn light_features(method: Method) -> Vec<&'static str> {
     let mut features = vec!["light_paths"];
     match method {
-        Method::LvcBpt { .. } => features.extend(["shared_light_paths", "light_cache"]),
+        Method::LvcBpt { .. } | Method::SpcBpt { .. } => {
+            features.extend(["shared_light_paths", "light_cache"]);
+        }
         Method::Light { .. } => features.extend(["shared_light_paths", "light_only"]),
         Method::Path | Method::Bdpt { .. } => features.push("light_cache"),
     }

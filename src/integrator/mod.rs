@@ -2,7 +2,9 @@
 
 mod bidirectional;
 mod path;
+mod pretrace;
 pub mod ray_bench;
+mod subspaces;
 mod wavefront;
 
 use serde::Serialize;
@@ -11,7 +13,9 @@ use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
+use crate::subspace::Model;
 
+pub use pretrace::{Training, train};
 pub use wavefront::{RayCounts, Region, Wavefront};
 
 /// How light is transported.
@@ -28,6 +32,13 @@ pub enum Method {
         /// Light paths an iteration; `None`: [`DEFAULT_LIGHT_PATHS`] a pixel.
         light_paths: Option<u32>,
         /// Connections of each eye vertex, 1 to [`MAX_CONNECTIONS`].
+        connections: u32,
+        light_tracing: bool,
+    },
+    /// Subspace-based probabilistic connections for bidirectional path tracing (Su, Li, Wang 2022).
+    SpcBpt {
+        /// As for `LvcBpt`.
+        light_paths: Option<u32>,
         connections: u32,
         light_tracing: bool,
     },
@@ -50,7 +61,9 @@ impl Method {
     pub fn traces_light(&self) -> bool {
         match *self {
             Self::Path => false,
-            Self::Bdpt { light_tracing } | Self::LvcBpt { light_tracing, .. } => light_tracing,
+            Self::Bdpt { light_tracing }
+            | Self::LvcBpt { light_tracing, .. }
+            | Self::SpcBpt { light_tracing, .. } => light_tracing,
             Self::Light { .. } => true,
         }
     }
@@ -61,6 +74,7 @@ impl Method {
             Self::Path => "path",
             Self::Bdpt { .. } => "bdpt",
             Self::LvcBpt { .. } => "lvcbpt",
+            Self::SpcBpt { .. } => "spcbpt",
             Self::Light { .. } => "light",
         }
     }
@@ -114,7 +128,7 @@ pub trait Integrator {
     fn wavefront_mut(&mut self) -> &mut Wavefront;
 }
 
-/// Makes the integrator that the settings ask for.
+/// Makes the integrator that the settings ask for. `model`: what [`Method::SpcBpt`] has learnt.
 ///
 /// # Errors
 /// A kernel that does not compile, a buffer that does not fit.
@@ -123,9 +137,10 @@ pub fn integrator(
     scene: DeviceScene,
     camera: &Camera,
     settings: Settings,
+    model: Option<&Model>,
 ) -> Result<Box<dyn Integrator>, DeviceError> {
     Ok(match settings.method {
         Method::Path => Box::new(path::PathIntegrator::new(context, scene, camera, settings)?),
-        _ => Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings)?),
+        _ => Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings, model)?),
     })
 }

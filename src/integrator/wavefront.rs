@@ -92,6 +92,8 @@ pub(super) struct Form {
     pub bidirectional: bool,
     /// Light paths add to the film.
     pub splats: bool,
+    /// Vertices are classified into so many subspaces; 0: not at all.
+    pub subspaces: u32,
 }
 
 /// Kernels and queues of a path-space wavefront.
@@ -135,7 +137,11 @@ impl Wavefront {
         if form.splats {
             features.insert("splats");
         }
+        if form.subspaces > 0 {
+            features.insert("subspaces");
+        }
         let mut constants = std::mem::take(&mut scene.constants);
+        constants.push(("SUBSPACES", f64::from(form.subspaces)));
         constants.push(("CELLS", f64::from(form.cells)));
 
         let mut compile_time = Duration::ZERO;
@@ -165,6 +171,10 @@ impl Wavefront {
         let mut swapped = vec![("paths", pair(["paths a", "paths b"], size_of::<PathRay>())?)];
         if form.bidirectional {
             swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
+        }
+        if form.subspaces > 0 {
+            swapped.push(("shares", pair(["shares a", "shares b"], 16)?));
+            buffers.create(context, "eye_labels", bytes(8))?;
         }
         let cells = u64::from(form.cells);
         buffers.create(context, "hits", bytes(size_of::<Hit>()))?;

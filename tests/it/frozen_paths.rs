@@ -153,7 +153,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         vertex.pdf_area = arrival.pdf_area;
         vertex.ratio = arrival.ratio;
         vertex.to_previous = arrival.to_previous;
-        vertex.edge = edge_density(arrival.flags, false);
+        vertex.edge = arrival.edge;
         light_side[i] = vertex;
         if i == 1u {
             if n > 1u && !is_delta(point) {
@@ -183,7 +183,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 connects = !is_delta(point_at(path, i + 1u));
             }
             if connects {
-                weights[first + i + 1u] = connect(point, arrival, light_side[i + 1u]).weight;
+                weights[first + i + 1u] = connect(point, arrival, EyeShares(), light_side[i + 1u]).weight;
             }
         }
         direction = direction_from(path, i);
@@ -194,12 +194,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if area_lights
     if is_triangle {
         let point = point_at(path, n);
-        weights[first + n + 1u] = emitter_weight(point, arrive(point, direction, pdf_solid, previous), light);
+        weights[first + n + 1u] = emitter_weight(point, arrive(point, direction, pdf_solid, previous), EyeShares(), light);
     }
 #endif
 #if environment
     if kind == LIGHT_ENVIRONMENT {
-        weights[first + n + 1u] = environment_weight(previous, direction, pdf_solid);
+        weights[first + n + 1u] = environment_weight(previous, EyeShares(), direction, pdf_solid);
     }
 #endif
 }

@@ -22,7 +22,8 @@ use crate::scene::{self, Projection, Scene, SceneFeatures};
 const STACK: u32 = 16;
 const DEEP_STACK: u32 = 64;
 
-/// A scene on a device, with what its kernels must be compiled with.
+/// A scene on a device, with what its kernels must be compiled with. Clones share the device's memory.
+#[derive(Clone)]
 pub struct DeviceScene {
     pub buffers: BufferTable,
     pub features: SceneFeatures,

@@ -1,0 +1,22 @@
+#import bind/batch
+#import bind/buckets
+#import bind/light_cache
+#import bind/subspaces
+
+// Sorts the cache by subspace. Within one, the order is that of `light_order`, whatever order the runs work in.
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let run = id.x;
+    if run >= RUNS {
+        return;
+    }
+    let vertices = light_path_offsets[batch.light_path_count];
+    let length = (vertices + RUNS - 1u) / RUNS;
+    for (var i = min(run * length, vertices); i < min((run + 1u) * length, vertices); i++) {
+        let slot = light_order[i];
+        let cell = (light_vertices[slot].number_label >> 16u) * RUNS + run;
+        bucket_order[bucket_ends[cell]] = slot;
+        bucket_ends[cell]++;
+    }
+}

@@ -1,0 +1,62 @@
+#import bind/accel
+#import bind/batch
+#import bind/light_cache
+#import lib/light
+#import lib/subspaces
+
+// The light cache as the host learns from it.
+
+struct LightFeature {
+    position: vec3f,
+    /// |w|
+    weight: f32,
+    normal: vec3f,
+    /// Index in `lights` plus one of a point on a light; 0 for a surface.
+    light: u32,
+    /// To the vertex before; on a light, the point: barycentrics, or the equal-area square.
+    direction: vec3f,
+    pad: u32,
+}
+
+@group(3) @binding(13) var<storage, read_write> light_features: array<LightFeature>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let index = invocation(id);
+    if index >= light_path_offsets[batch.light_path_count] {
+        return;
+    }
+    let vertex = light_vertices[light_order[index]];
+    let kind = vertex.depth_kind >> 16u;
+    var feature = LightFeature(vec3f(0.0), magnitude(vertex.weight), vec3f(0.0), 0u, vertex.world_from, 0u);
+    if kind <= LIGHT_TRIANGLE + 1u {
+        let point = surface_point(vertex.index, vertex.b1, vertex.b2);
+        feature.position = point.position;
+        feature.normal = label_normal(point, vertex.world_from);
+    }
+    switch kind {
+        case 0u: {}
+        case LIGHT_TRIANGLE + 1u: {
+            feature.light = triangles[vertex.index].light;
+            feature.direction = vec3f(vertex.b1, vertex.b2, 0.0);
+        }
+#if environment
+        case LIGHT_ENVIRONMENT + 1u: {
+            feature.light = ENVIRONMENT_LIGHT + 1u;
+            feature.direction = vec3f(vertex.b1, vertex.b2, 0.0);
+        }
+#endif
+        default: {
+#if punctual_lights
+            // Punctual lights stand behind the triangles and before the environment.
+            var after = arrayLength(&punctual_lights);
+#if environment
+            after += 1u;
+#endif
+            feature.light = arrayLength(&lights) - after + vertex.index + 1u;
+#endif
+            feature.direction = vec3f(0.0);
+        }
+    }
+    light_features[index] = feature;
+}

@@ -1,0 +1,164 @@
+#import bind/accel
+#import bind/queue
+#import bind/training
+#import lib/emission
+#import lib/light
+#import lib/medium
+#import lib/path_key
+#import lib/subpath
+#import lib/subspaces
+
+// The path tracer as the source of training paths: what it finds is written down instead of shown. Two ways lead to
+// a light, sampling it and hitting it; each path found by either has the density of both.
+
+/// Writes an end; the slot is the cell of `radiance` that its visibility goes to.
+fn write_end(end: TrainingEnd) -> u32 {
+    let slot = atomicAdd(&training_counts.ends, 1u);
+    if slot < arrayLength(&training_ends) {
+        training_ends[slot] = end;
+        radiance[slot] = vec4f(0.0);
+    }
+    return slot;
+}
+
+/// `others`: density of sampling the light over that of hitting it. `pdf`: of hitting it, in the light's measure.
+fn light_was_hit(ray: PathRay, light: vec3f, others: f32, pdf: f32, geometry: f32, index: u32, at: vec2f) {
+    let weight = 1.0 / (1.0 + others);
+    let depth = (ray.depth_medium & 0xffffu) - 1u;
+    let contribution = magnitude(ray.throughput * light) * weight;
+    if contribution > 0.0 {
+        let end = TrainingEnd(
+            light * (weight / pdf), ray.path, vec3f(0.0), depth, contribution, weight, geometry, index, at, 0u, 0u,
+        );
+        write_end(end);
+    }
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let index = invocation(id);
+    if index >= counts.paths_in {
+        return;
+    }
+    var ray = paths_in[index];
+    let hit = hits[index];
+    let previous = sub_paths_in[index];
+    let depth = ray.depth_medium & 0xffffu;
+    let can_sample = (previous.flags & SUBPATH_DELTA) == 0u;
+    if hit.triangle == NO_TRIANGLE {
+#if environment
+        if depth > 0u {
+            let sampled = select(0.0, environment_pdf_solid(ray.direction), can_sample);
+            let cosine = abs(dot(ray.direction, previous.normal));
+            light_was_hit(
+                ray, environment_radiance(ray.direction), sampled / ray.pdf_solid, ray.pdf_solid, cosine,
+                ENVIRONMENT_LIGHT, sphere_to_square(ray.direction),
+            );
+        }
+#endif
+        return;
+    }
+    let point = surface_point(hit.triangle, hit.b1, hit.b2);
+    let arrival = arrive(point, ray.direction, ray.pdf_solid, previous);
+    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    ray.throughput *= transmittance(medium, hit.t);
+    let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
+#if area_lights
+    let light_index = triangles[hit.triangle].light;
+    if light_index != 0u && depth > 0u {
+        let sampled = select(0.0, lights[light_index - 1u].pdf_select / point.area, can_sample);
+        let emission = point_emission(point, arrival.world_from);
+        light_was_hit(
+            ray, emission, sampled / arrival.pdf_area, arrival.pdf_area, geometry, light_index - 1u, point.b.yz,
+        );
+    }
+#endif
+    if depth + 1u >= batch.max_depth {
+        return;
+    }
+#if unlit
+    if (materials[point.material].flags & MATERIAL_UNLIT) != 0u {
+        return;
+    }
+#endif
+    let surface = point_surface(point);
+    let frame = point_frame(point);
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
+    let key = path_key(ray.path);
+    let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
+    let departure = sample_departure(point, surface, frame, arrival, u, true);
+    var f = vec3f(0.0);
+    if departure.goes_on {
+        f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
+    }
+    let slot = atomicAdd(&training_counts.vertices, 1u);
+    if slot < arrayLength(&training_vertices) {
+        training_vertices[slot] = TrainingVertex(
+            point.position,
+            ray.path,
+            label_normal(point, arrival.world_from),
+            depth | select(0u, 1u << 16u, is_delta),
+            arrival.world_from,
+            arrival.pdf_area,
+            f,
+            geometry,
+        );
+    }
+    if !is_delta {
+        let sample = sample_light(
+            point,
+            random4(key, bounce_dimension(depth, DIMENSION_LIGHT)),
+            random4(key, bounce_dimension(depth, DIMENSION_LIGHT_POINT)),
+        );
+        if sample.pdf_solid > 0.0 {
+            let value = shading_evaluate(surface, frame, arrival.world_from, sample.direction, true);
+            let hitting = select(value.pdf_solid * survival(surface), 0.0, sample.is_delta);
+            let weight = sample.pdf_solid / (sample.pdf_solid + hitting);
+            let cosine = abs(dot(sample.direction, point.world_ng));
+            let through = transmittance(medium_towards(point, sample.direction), sample.distance);
+            let carried = ray.throughput * through * value.f * sample.radiance;
+            let contribution = magnitude(carried) * (cosine * weight / sample.pdf_solid);
+            if contribution > 0.0 {
+                // Turns a density per solid angle into the light's measure.
+                var to_light = 1.0;
+                let origin = ray_origin(point, sample.direction);
+                var shadow = ShadowRay(origin, 0u, sample.direction, MAX_FLOAT, vec3f(1.0), depth);
+                if sample.distance < MAX_FLOAT {
+                    to_light = sample.cos_light / sample.distance / sample.distance;
+                    shadow.direction = sample.end - origin;
+                    shadow.t_max = 1.0 - 0x1p-20;
+                }
+                shadow.cell = write_end(TrainingEnd(
+                    sample.radiance * (weight / (sample.pdf_solid * to_light)),
+                    ray.path,
+                    value.f,
+                    depth | (1u << 16u),
+                    contribution,
+                    1.0 - weight,
+                    cosine * to_light,
+                    sample.light,
+                    sample.at,
+                    0u,
+                    0u,
+                ));
+                if shadow.cell < arrayLength(&training_ends) {
+                    shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
+                }
+            }
+        }
+    }
+    let next_throughput = ray.throughput * departure.weight;
+    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
+        return;
+    }
+    let slot_out = atomicAdd(&counts.paths_out, 1u);
+    paths_out[slot_out] = PathRay(
+        ray_origin(point, departure.direction),
+        ray.path,
+        departure.direction,
+        departure.pdf_solid,
+        next_throughput,
+        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
+    );
+    sub_paths_out[slot_out] = departure.next;
+}

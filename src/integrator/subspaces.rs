@@ -1,0 +1,82 @@
+//! What connecting by subspaces needs on the device: the model, and the light cache sorted by light subspace.
+
+use crate::device::layout::TreeNode;
+use crate::device::{Bound, BufferTable, Context, Kernel};
+use crate::error::DeviceError;
+use crate::subspace::{Model, Tree};
+
+use super::wavefront::{Size, Stage, Wavefront};
+
+/// As in `shaders/bind/buckets.wgsl`.
+const RUNS: u32 = 256;
+
+pub(super) struct Subspaces {
+    /// Classifies the vertices of eye paths.
+    pub labels: [Bound; 2],
+    /// Sorts the cache.
+    pub sort: Vec<Stage>,
+    kernels: Vec<(Kernel, Size)>,
+}
+
+impl Subspaces {
+    /// Uploads the model and compiles.
+    ///
+    /// # Errors
+    /// A kernel that does not compile, a buffer that does not fit.
+    pub fn new(context: &Context, wavefront: &mut Wavefront, model: &Model) -> Result<Self, DeviceError> {
+        let k = model.subspaces;
+        let buffers = &mut wavefront.buffers;
+        upload_tree(context, buffers, "eye_tree", &model.eye_tree)?;
+        upload_tree(context, buffers, "light_tree", &model.light_tree)?;
+        buffers.upload(context, "source_labels", &model.sources)?;
+        let tables = model.tables()?;
+        buffers.upload(context, "gamma_pdf", &tables.pdf)?;
+        let alias: Vec<[u32; 2]> =
+            tables.entries.iter().map(|entry| [entry.threshold, entry.alias]).collect();
+        buffers.upload(context, "gamma_alias", &alias)?;
+        let inv_q: Vec<f32> = model.q.iter().map(|q| 1.0 / q).collect();
+        buffers.upload(context, "inv_q", &inv_q)?;
+        buffers.create(context, "bucket_ends", u64::from(k) * u64::from(RUNS) * 4)?;
+        let labels = wavefront.compile(context, "eye_labels", &[])?;
+        let labels = wavefront.bind_pair(context, &labels)?;
+        let kernels = [
+            ("bucket_counts", Size::Count(RUNS)),
+            ("bucket_scan", Size::Count(1)),
+            ("bucket_order", Size::Count(RUNS)),
+            ("bucket_sums", Size::Count(k)),
+        ]
+        .into_iter()
+        .map(|(name, size)| Ok((wavefront.compile(context, name, &[])?, size)))
+        .collect::<Result<_, DeviceError>>()?;
+        Ok(Self { labels, sort: Vec::new(), kernels })
+    }
+
+    /// For a cache of `vertices`.
+    ///
+    /// # Errors
+    /// A buffer that does not fit.
+    pub fn bind(
+        &mut self,
+        context: &Context,
+        wavefront: &mut Wavefront,
+        vertices: u64,
+    ) -> Result<(), DeviceError> {
+        wavefront.buffers.create(context, "bucket_order", vertices * 4)?;
+        wavefront.buffers.create(context, "bucket_sums", vertices * 4)?;
+        self.sort = self
+            .kernels
+            .iter()
+            .map(|(kernel, size)| Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, *size)))
+            .collect::<Result<_, DeviceError>>()?;
+        Ok(())
+    }
+}
+
+fn upload_tree(
+    context: &Context,
+    buffers: &mut BufferTable,
+    name: &str,
+    tree: &Tree,
+) -> Result<(), DeviceError> {
+    buffers.upload::<TreeNode>(context, name, tree.nodes())
+}
