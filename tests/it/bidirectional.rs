@@ -117,7 +117,7 @@ fn c14_strategies_add_up() {
 }
 
 /// Pictures that are compared.
-const SIZE: [u32; 2] = [48, 48];
+pub const SIZE: [u32; 2] = [48, 48];
 
 /// The path tracer's pictures of a scene, from 16 seeds, made once for all tests.
 fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
@@ -130,8 +130,15 @@ fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
 /// Tile means of independent renders of two methods, by Welch's test over all tiles.
 #[track_caller]
 fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
+    assert_options_same_as_path(scene, &RenderOptions { method, ..options(SIZE, samples) });
+}
+
+/// As [`assert_same_as_path`]; the options are for pictures of [`SIZE`].
+#[track_caller]
+pub fn assert_options_same_as_path(scene: &Scene, options: &RenderOptions) {
+    let method = options.method;
     let path = path_renders(scene);
-    let found = renders(scene, &RenderOptions { method, ..options(SIZE, samples) }, 0..16);
+    let found = renders(scene, options, 0..16);
     let tiles = |pictures: &[Vec<DVec3>]| -> Vec<Vec<f64>> {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
     };

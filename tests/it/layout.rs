@@ -31,6 +31,9 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     ShadowRay,
     SubPath,
     LightVertex,
+    TrainingVertex,
+    TrainingEnd,
+    LightFeature,
     Counts,
     FilmPixel,
     Material,
@@ -75,12 +78,9 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 /// All kernels with everything on, parsed: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
     let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
-    features.extend(["bidirectional", "light_paths", "light_cache"]);
-    // What no kernel imports yet.
-    let waiting = ("bind/subspaces", stitch("bind/subspaces", &features));
+    features.extend(["bidirectional", "light_paths", "light_cache", "subspaces"]);
     kernels()
         .map(|name| (name, stitch(name, &features)))
-        .chain([waiting])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }
@@ -204,13 +204,18 @@ struct Validated(HashSet<String>);
 
 impl Validated {
     fn check(&mut self, features: &SceneFeatures) {
-        for extra in [None, Some("any_hit"), Some("deep_tree")] {
+        for extra in [None, Some("any_hit"), Some("deep_tree"), Some("subspaces")] {
             let mut features = kernel_features(features);
             features.extend(extra);
             for kernel in kernels() {
                 let mut features = features.clone();
                 let connects =
-                    kernel.starts_with("light_") || ["camera_connections", "eye_shade"].contains(&kernel);
+                    ["light_", "bucket_", "training_"].iter().any(|stage| kernel.starts_with(stage))
+                        || ["camera_connections", "eye_shade", "eye_labels"].contains(&kernel);
+                let learns = kernel.starts_with("bucket_") || kernel == "eye_labels";
+                if learns && !features.contains("subspaces") {
+                    continue;
+                }
                 if connects {
                     // As `integrator::bidirectional` compiles them; what samples lights, only where there are any.
                     features.extend(["bidirectional", "light_paths", "light_cache"]);

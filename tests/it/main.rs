@@ -39,6 +39,7 @@ mod respawn;
 mod rng;
 mod sampling;
 mod shots;
+mod spcbpt;
 mod specialised;
 mod stats;
 mod subspace_data;
