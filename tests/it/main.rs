@@ -40,6 +40,7 @@ mod rng;
 mod sampling;
 mod shots;
 mod specialised;
+mod splats;
 mod stats;
 mod subspace_data;
 mod subspace_file;
