@@ -75,6 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
     );
     sub_paths_out[slot] = departure.next;
+#if lights
 #if subspaces
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
     let before = select(eye_share(previous.flags, shares.share, shares.labels.y), 0.0, is_delta);
@@ -83,5 +84,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let cos_from = abs(dot(arrival.world_from, point.world_ng));
     let continued = shares.share.rgb * f * (cos_from * arrival.to_previous) + before;
     shares_out[slot] = vec4f(continued / arrival.pdf_area, bitcast<f32>(shares.labels.x));
+#endif
 #endif
 }

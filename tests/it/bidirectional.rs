@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use halfway::integrator::{Method, Strategy};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
-use halfway::scene::{Material, PunctualLight, Scene};
+use halfway::scene::{Material, Mesh, PunctualLight, Scene};
 
 use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
@@ -29,9 +29,13 @@ fn shown(name: &str) -> Scene {
 
 /// Pictures from different seeds: eye and light paths are new in each, and what pixels share is in the spread of
 /// the means.
-fn renders(scene: &Scene, options: &RenderOptions, seeds: std::ops::Range<u64>) -> Vec<Vec<DVec3>> {
+pub fn renders(
+    scene: &Scene,
+    options: &RenderOptions,
+    seeds: impl IntoIterator<Item = u64>,
+) -> Vec<Vec<DVec3>> {
     let mut renderer = Renderer::new(gpu::context(), scene, options.clone()).expect("a renderer");
-    let pictures = seeds.map(|seed| {
+    let pictures = seeds.into_iter().map(|seed| {
         renderer.restart(seed, options.strategy).expect("a restart");
         renderer.run(|_| false).expect("a render");
         let picture = renderer.picture().expect("a picture");
@@ -190,6 +194,36 @@ fn c11_light_tracing_agrees_with_path() {
     assert_same_as_path(&shown("three-lights"), LIGHT, 64);
 }
 
+/// Light that goes on from a bent normal: the ceiling is lit by the floor alone, whose normals lean.
+#[test]
+fn c11_light_goes_on_from_bent_normals() {
+    let leaning = Mesh { normals: Some(vec![Vec3::new(0.6, 0.8, 0.0); 4]), ..horizontal(2.0, 0.0, true) };
+    let mut scene = scene([
+        (grey(0.8), leaning),
+        (grey(0.8), horizontal(2.0, 1.0, false)),
+        (lamp(4.0), horizontal(0.8, 0.5, false)),
+    ]);
+    scene.name = "leaning floor".into();
+    scene.cameras.push(shapes::looking_at("up", DVec3::new(0.9, 0.3, 0.9), DVec3::Y, 70.0));
+    assert_same_as_path(&scene, LIGHT, 32);
+}
+
+/// A spot alone, from its own side: a density of its cone that is off makes it brighter or darker.
+#[test]
+fn c11_light_of_a_spot_agrees_with_path() {
+    let mut scene = scene([(grey(0.5), horizontal(2.0, 0.0, true))]);
+    scene.name = "spot".into();
+    scene.lights.push(PunctualLight {
+        name: "spot".into(),
+        kind: halfway::scene::LightKind::Spot { inner: 0.2, outer: 0.5 },
+        intensity: Vec3::ONE,
+        position: DVec3::Y,
+        direction: Vec3::NEG_Y,
+    });
+    scene.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 2.0, 0.5), DVec3::ZERO, 30.0));
+    assert_same_as_path(&scene, LIGHT, 16);
+}
+
 /// A rough slab of glass: light is refracted twice on its way, and power is not squeezed as radiance is (C-12).
 #[test]
 fn c12_light_through_rough_glass() {
@@ -215,6 +249,27 @@ fn c12_light_through_rough_glass() {
         vec![shapes::looking_at("inside", DVec3::new(0.1, 0.0, 0.3), DVec3::new(0.1, 0.0, -1.0), 60.0)];
     assert_same_as_path(&scene, LIGHT, 64);
     assert_same_as_path(&scene, BDPT_T1, 8);
+}
+
+/// A lamp between a floor and a ceiling that shines on both.
+pub fn double_sided_lamp() -> Scene {
+    let both = Material { double_sided: true, ..lamp(2.0) };
+    let floor = Material { double_sided: true, ..grey(0.6) };
+    let mut scene = scene([
+        (both, horizontal(0.6, 0.0, true)),
+        (grey(0.7), horizontal(3.0, -0.6, true)),
+        (floor, horizontal(3.0, 0.9, true)),
+    ]);
+    scene.name = "double-sided lamp".into();
+    scene.cameras.push(shapes::looking_at("side", DVec3::new(0.2, 0.25, 2.5), DVec3::ZERO, 50.0));
+    scene
+}
+
+#[test]
+fn c08_a_double_sided_lamp_agrees_with_path() {
+    assert_same_as_path(&double_sided_lamp(), LIGHT, 32);
+    assert_same_as_path(&double_sided_lamp(), BDPT_T1, 4);
+    assert_same_as_path(&double_sided_lamp(), lvcbpt(1200, 1, true), 4);
 }
 
 /// A picture that light paths alone make is as bright at its border as in its middle.

@@ -107,6 +107,68 @@ fn r07_usage_that_makes_no_sense_is_refused() {
     case.run("render").assert(2, &["SCENE"]);
 }
 
+/// A setting that the chosen integrator does not have is no wish that may be ignored.
+#[test]
+fn r07_settings_of_another_integrator_are_refused() {
+    let case = Case::new();
+    for (arguments, phrases) in [
+        ("--connections 4", ["--connections", "lvcbpt", "--integrator"]),
+        ("--integrator bdpt --connections 4", ["--connections", "lvcbpt", "--integrator"]),
+        ("--integrator lvcbpt --connections 0", ["--connections", "1 to 64", ""]),
+        ("--integrator lvcbpt --connections 65", ["--connections", "1 to 64", ""]),
+        ("--light-paths 100", ["--light-paths", "lvcbpt and light", "--integrator"]),
+        ("--integrator bdpt --light-paths 100", ["--light-paths", "lvcbpt and light", "--integrator"]),
+        ("--integrator light --light-paths 0", ["--light-paths", "at least 1", ""]),
+        ("--integrator lvcbpt --light-paths 0", ["--light-paths", "at least 1", ""]),
+        ("--light-tracing", ["--light-tracing", "bdpt and lvcbpt", "--integrator"]),
+        ("--integrator light --light-tracing", ["--light-tracing", "bdpt and lvcbpt", "--integrator"]),
+        ("--integrator photons", ["photons", "bdpt, lvcbpt, light", ""]),
+        ("--strategies out --max-depth 3", ["--strategies", "--integrator bdpt or lvcbpt", ""]),
+        (
+            "--strategies out --max-depth 3 --integrator light",
+            ["--strategies", "--integrator bdpt or lvcbpt", ""],
+        ),
+        ("--strategies out --integrator bdpt", ["--strategies", "--max-depth N, at most 12", ""]),
+        (
+            "--strategies out --integrator bdpt --max-depth 13",
+            ["--strategies", "--max-depth N, at most 12", ""],
+        ),
+    ] {
+        case.run(&format!("render builtin:cornell --size 8x8 --spp 1 {arguments}")).assert(2, &phrases);
+        assert!(case.files().is_empty(), "{arguments} left {:?}", case.files());
+    }
+}
+
+/// A picture for each strategy that paths of up to two surfaces have, and an overview.
+#[test]
+fn strategies_are_written() {
+    let case = Case::new();
+    let command = "render builtin:cornell --size 8x8 --spp 2 --max-depth 2 -o out.exr --integrator lvcbpt \
+                   --light-tracing --strategies all/strategies";
+    case.run(command).assert(0, &[]);
+    assert_eq!(case.picture("out.exr").attribute("integrator"), Some(&Attribute::Text("lvcbpt".into())));
+    let entries = std::fs::read_dir(case.path("all/strategies")).expect("the folder");
+    let mut found: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    found.sort();
+    let mut expected = vec!["unweighted.png".to_string(), "weighted.png".to_string()];
+    let strategies = ["s0-t2", "s0-t3", "s1-t2", "s2-t1"];
+    expected
+        .extend(strategies.iter().flat_map(|s| [format!("{s}-unweighted.exr"), format!("{s}-weighted.exr")]));
+    expected.sort();
+    assert_eq!(found, expected);
+    // The weighted ones are the picture.
+    let mut sum = vec![0.0; 3 * 64];
+    for name in strategies {
+        let picture = case.picture(&format!("all/strategies/{name}-weighted.exr"));
+        assert_eq!((picture.width, picture.height), (8, 8));
+        sum.iter_mut().zip(picture.rgb.as_flattened()).for_each(|(sum, value)| *sum += value);
+    }
+    for (sum, whole) in sum.iter().zip(case.picture("out.exr").rgb.as_flattened()) {
+        assert!((sum - whole).abs() <= 1e-5 * whole.abs().max(1e-3), "{sum} is not {whole}");
+    }
+}
+
 #[test]
 fn r07_scenes_with_nothing_in_them() {
     let case = Case::new();

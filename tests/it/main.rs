@@ -41,6 +41,7 @@ mod sampling;
 mod shots;
 mod spcbpt;
 mod specialised;
+mod splats;
 mod stats;
 mod subspace_data;
 mod subspace_file;

@@ -66,7 +66,7 @@ fn c09_spcbpt_with_nonsense_agrees_with_path() {
         let model = trained(&scene);
         for _ in 0..2 {
             let model = Some(Arc::new(nonsense(&model, &mut random)));
-            assert_options_same_as_path(&scene, &spcbpt(method(900, 2, light_tracing), 4, model));
+            assert_options_same_as_path(&scene, &spcbpt(method(900, 2, light_tracing), std::env::var("SPP").map_or(4, |s| s.parse().unwrap()), model));
         }
     }
 }

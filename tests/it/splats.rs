@@ -1,0 +1,134 @@
+//! Sums of splats in fixed point: nothing is lost, nothing depends on the order (N-19).
+
+use crate::gpu;
+use crate::random::Stream;
+
+/// Units of `lib/splat` in one.
+const UNITS: f64 = (1u64 << 44) as f64;
+const WORDS: usize = 7;
+
+/// Adds contributions to the pixels `index % pixels`, one invocation each; the words of every pixel.
+fn added(contributions: &[[f32; 3]], pixels: usize) -> Vec<[u32; WORDS]> {
+    let kernel = format!(
+        "#import lib/splat
+        @group(0) @binding(0) var<storage, read> contributions: array<f32>;
+        @compute @workgroup_size(64)
+        fn main(@builtin(global_invocation_id) id: vec3u) {{
+            let index = id.x + id.y * 65535u * 64u;
+            if index < {count}u {{
+                let first = 3u * index;
+                let light =
+                    vec3f(contributions[first], contributions[first + 1u], contributions[first + 2u]);
+                add_splat(index % {pixels}u, light);
+            }}
+        }}",
+        count = contributions.len()
+    );
+    let output = gpu::run(
+        &kernel,
+        &["splats_atomic"],
+        &[("contributions", bytemuck::cast_slice(contributions.as_flattened()))],
+        &[("splats", pixels * WORDS * 4)],
+        contributions.len() as u32,
+    );
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&output[0]);
+    words.as_chunks().0.to_vec()
+}
+
+fn units(pixel: &[u32; WORDS], channel: usize) -> u64 {
+    u64::from(pixel[2 * channel]) | u64::from(pixel[2 * channel + 1]) << 32
+}
+
+#[test]
+fn n19_sums_of_splats_are_exact_in_any_order() {
+    let mut random = Stream::new(19);
+    // All of them whole numbers of units. Half of the additions carry into the high word.
+    let mut contributions: Vec<[f32; 3]> = (0..60_000)
+        .map(|_| [-2, -10, -14].map(|exponent| (0.5 + random.f32()) * 2f32.powi(exponent)))
+        .collect();
+    let words = added(&contributions, 3);
+    for (pixel, words) in words.iter().enumerate() {
+        for channel in 0..3 {
+            let mine = contributions.iter().skip(pixel).step_by(3);
+            let expected: u64 = mine.map(|light| (f64::from(light[channel]) * UNITS) as u64).sum();
+            assert_eq!(units(words, channel), expected, "pixel {pixel}, channel {channel}");
+        }
+        assert_eq!(words[6], 0, "nothing is lost");
+    }
+    // Each pixel keeps its own, in another order.
+    contributions.rotate_left(3 * 12_345);
+    contributions.chunks_mut(6).for_each(|six| {
+        let (a, b) = six.split_at_mut(3);
+        a.swap_with_slice(b);
+    });
+    assert_eq!(added(&contributions, 3), words);
+}
+
+/// What lies between two units goes to either, and the mean is right.
+#[test]
+fn n19_splats_below_a_unit_are_right_on_average() {
+    let mut random = Stream::new(20);
+    for exponent in [-46, -44, -34, -24] {
+        let contributions: Vec<[f32; 3]> =
+            (0..100_000).map(|_| [0; 3].map(|_| (1.0 + random.f32()) * 2f32.powi(exponent))).collect();
+        let words = added(&contributions, 1);
+        for channel in 0..3 {
+            let exact = || contributions.iter().map(|light| f64::from(light[channel]) * UNITS);
+            let variance: f64 = exact().map(|x| x.fract() * (1.0 - x.fract())).sum();
+            let (sum, found) = (exact().sum::<f64>(), units(&words[0], channel) as f64);
+            let z = (found - sum) / variance.max(1e-9).sqrt();
+            println!("2^{exponent}: {found} units, {sum} exactly, z = {z:.2}");
+            assert!(z.abs() < 5.0, "2^{exponent}: {found} units instead of {sum}");
+        }
+    }
+}
+
+/// What is not finite or too large is counted and stays out; the largest that is allowed arrives.
+#[test]
+fn n19_splats_that_do_not_fit_are_counted() {
+    let largest = 2f32.powi(18).next_down();
+    let bad = [f32::NAN, -f32::NAN, f32::INFINITY, f32::MAX, 2f32.powi(18)];
+    let mut contributions: Vec<[f32; 3]> = bad.map(|bad| [0.5, bad, 0.25]).to_vec();
+    contributions.extend([[largest, 0.0, 1.0]; 3]);
+    let words = added(&contributions, 1);
+    assert_eq!(words[0][6], bad.len() as u32);
+    let expected = [3.0 * f64::from(largest), 0.0, 3.0];
+    for (channel, expected) in expected.into_iter().enumerate() {
+        assert_eq!(units(&words[0], channel), (expected * UNITS) as u64);
+    }
+    // Sums past the last word are seen as well.
+    let words = added(&[[largest; 3]; 6], 1);
+    assert!(words[0][6] > 0);
+}
+
+/// The film takes what was added, and leaves nothing.
+#[test]
+fn n19_splats_are_taken_once() {
+    let sum = [5.0 + 2f64.powi(-20), 2f64.powi(-44), 3e5f32.into()];
+    let mut words = [0u32; 2 * WORDS];
+    for (channel, sum) in sum.into_iter().enumerate() {
+        let units = (sum * UNITS) as u64;
+        words[WORDS + 2 * channel] = units as u32;
+        words[WORDS + 2 * channel + 1] = (units >> 32) as u32;
+    }
+    words[WORDS + 6] = 3;
+    let kernel = "#import lib/splat
+        @group(0) @binding(0) var<storage, read> words: array<u32>;
+        @group(0) @binding(1) var<storage, read_write> taken: array<vec4f>;
+        @compute @workgroup_size(1)
+        fn main() {
+            for (var word = 0u; word < 14u; word++) {
+                splats[word] = words[word];
+            }
+            taken[0] = take_splat(1u);
+            taken[1] = take_splat(1u);
+        }";
+    let inputs = [("words", bytemuck::cast_slice(&words))];
+    let output = gpu::run(kernel, &[], &inputs, &[("splats", 8 * WORDS), ("taken", 32)], 1);
+    let taken: Vec<f32> = bytemuck::pod_collect_to_vec(&output[1]);
+    for (found, expected) in taken.iter().zip(sum) {
+        assert!((f64::from(*found) / expected - 1.0).abs() < 2e-7, "{found} instead of {expected}");
+    }
+    assert_eq!(taken[3], 3.0);
+    assert_eq!(taken[4..], [0.0; 4]);
+}
