@@ -1,14 +1,16 @@
-//! The host side of `shaders/lib`: random numbers, alias tables, frames, colour. The functions here mirror the
-//! shader functions of the same names; a test compares them.
+//! The host side of `shaders/lib`: random numbers, alias tables, frames, colour. The functions there mirror the
+//! shader functions of the same names; a test compares them. Beside it the statistics of measurements.
 
 pub mod alias;
 pub mod color;
+pub mod date;
 pub mod equal_area;
 pub mod frame;
 pub mod ggx_albedo;
 pub mod rng;
 pub mod sampling;
 pub mod scale;
+pub mod statistics;
 
 /// True unless x is an infinity or a NaN; mirrors the test of bits that the shaders use.
 pub fn is_finite(x: f32) -> bool {
