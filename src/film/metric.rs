@@ -15,20 +15,38 @@ pub const TILE: u32 = 8;
 /// Relative size of what sums in `f32` on different devices may differ by, in place of noise where there is none.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
+/// How far a picture is from a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Errors {
+    /// Mean of |a - b| / (b + e) over pixels and channels, e = 1 % of the reference's mean, so that exposure does not
+    /// matter.
+    pub mape: f64,
+    /// Mean of (a - b)^2 / (b^2 + e^2), the same e.
+    pub relmse: f64,
+    /// The same without the largest 0.1 % of its terms.
+    pub relmse_trimmed: f64,
+}
+
+/// What the noise of a reference, known by its variance layer, does to the errors of pictures compared with it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ReferenceNoise {
+    /// What it adds to [`Errors::relmse`] on average: mean of variance / (b^2 + e^2).
+    pub relmse: f64,
+    /// Standard error of the reference's mean, relative to that mean.
+    pub mean: f64,
+}
+
 /// All metrics of a picture against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Mean of |a - b| / (b + e) over pixels and channels, e = 1 % of the reference's mean, so that exposure does not
-    /// matter.
+    /// As in [`Errors`], with the two below.
     pub mape: f64,
     /// MAPE of the subspace-based bidirectional path tracing paper: mean over pixels of the channels' mean of
     /// |a - b| / (b + 0.01), at most 10 a pixel.
     pub mape_paper: f64,
     /// The same without the limit of 10.
     pub mape_paper_unclamped: f64,
-    /// Mean of (a - b)^2 / (b^2 + e^2), the same e.
     pub relmse: f64,
-    /// The same without the largest 0.1 % of its terms.
     pub relmse_trimmed: f64,
     pub mean: MeanRatio,
     /// Whether noise explains the difference of tiles; needs the variance of both pictures.
@@ -107,37 +125,66 @@ pub fn compare(
     view: View,
     exposure: f32,
 ) -> Result<Comparison, FilmError> {
-    let epsilon = check(picture, reference)?;
+    let Errors { mape, relmse, relmse_trimmed } = errors(picture, reference)?;
     let values = || picture.rgb.iter().zip(&reference.rgb);
-    let channels = || {
-        let pairs = picture.rgb.as_flattened().iter().zip(reference.rgb.as_flattened());
-        pairs.map(|(&a, &b)| (f64::from(a), f64::from(b)))
-    };
     let paper = values().map(|(a, b)| {
         let error = |c: usize| f64::from((a[c] - b[c]).abs()) / (f64::from(b[c]) + 0.01);
         (error(0) + error(1) + error(2)) / 3.0
     });
-    let mut squares: Vec<f64> =
-        channels().map(|(a, b)| (a - b).powi(2) / (b * b + epsilon * epsilon)).collect();
-    squares.sort_by(f64::total_cmp);
-    // As many as the reference implementation keeps: the whole part of 99.9 %.
-    let kept = (squares.len() as f64 * 0.999) as usize;
-
     let display = |picture: &Picture| -> Vec<[f32; 3]> {
         picture.rgb.iter().map(|&radiance| view.display(exposure, radiance)).collect()
     };
     let (shown, shown_reference) = (display(picture), display(reference));
     Ok(Comparison {
-        mape: mean(channels().map(|(a, b)| (a - b).abs() / (b + epsilon))),
+        mape,
         mape_paper: mean(paper.clone().map(|error| error.min(10.0))),
         mape_paper_unclamped: mean(paper),
-        relmse: mean(squares.iter().copied()),
-        relmse_trimmed: mean(squares[..kept].iter().copied()),
+        relmse,
+        relmse_trimmed,
         mean: mean_ratio(picture, reference),
         tiles: tile_test(picture, reference),
         psnr: psnr(&shown, &shown_reference),
         flip: mean_flip(&shown, &shown_reference, picture.width as usize),
     })
+}
+
+/// The errors that need neither noise nor a view.
+///
+/// # Errors
+/// As [`compare`].
+pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, FilmError> {
+    let epsilon = check(picture, reference)?;
+    let channels = || {
+        let pairs = picture.rgb.as_flattened().iter().zip(reference.rgb.as_flattened());
+        pairs.map(|(&a, &b)| (f64::from(a), f64::from(b)))
+    };
+    let mut squares: Vec<f64> =
+        channels().map(|(a, b)| (a - b).powi(2) / (b * b + epsilon * epsilon)).collect();
+    squares.sort_by(f64::total_cmp);
+    // As many as the reference implementation keeps: the whole part of 99.9 %.
+    let kept = (squares.len() as f64 * 0.999) as usize;
+    Ok(Errors {
+        mape: mean(channels().map(|(a, b)| (a - b).abs() / (b + epsilon))),
+        relmse: mean(squares.iter().copied()),
+        relmse_trimmed: mean(squares[..kept].iter().copied()),
+    })
+}
+
+/// What a reference's own noise does to comparisons; `None` where its variance is not known.
+///
+/// # Errors
+/// As [`compare`].
+pub fn reference_noise(reference: &Picture) -> Result<Option<ReferenceNoise>, FilmError> {
+    let epsilon = check(reference, reference)?;
+    // A single sample says nothing of its variance.
+    let single = |samples: &[f32]| samples.iter().any(|&count| count < 2.0);
+    let layers = variance(reference).filter(|_| !reference.channel("samples", "Y").is_some_and(single));
+    Ok(layers.map(|layers| {
+        let terms = reference.rgb.iter().enumerate().flat_map(|(i, pixel)| {
+            (0..3).map(move |c| f64::from(layers[c][i]) / (f64::from(pixel[c]).powi(2) + epsilon * epsilon))
+        });
+        ReferenceNoise { relmse: mean(terms), mean: noise_of_sum(layers).sqrt() / sum(reference) }
+    }))
 }
 
 /// Refuses what cannot be compared; returns 1 % of the reference's mean.
@@ -193,17 +240,24 @@ fn variance(picture: &Picture) -> Option<[&[f32]; 3]> {
     ])
 }
 
-fn mean_ratio(picture: &Picture, reference: &Picture) -> MeanRatio {
-    let sum = |picture: &Picture| picture.rgb.as_flattened().iter().map(|&v| f64::from(v)).sum::<f64>();
+/// Of all pixels and channels.
+fn sum(picture: &Picture) -> f64 {
+    picture.rgb.as_flattened().iter().map(|&value| f64::from(value)).sum()
+}
+
+/// Variance of that sum. Channels of a pixel come from the same paths: taken as fully correlated, which can only
+/// overstate it.
+fn noise_of_sum(layers: [&[f32]; 3]) -> f64 {
+    (0..layers[0].len())
+        .map(|i| layers.iter().map(|layer| f64::from(layer[i]).sqrt()).sum::<f64>().powi(2))
+        .sum()
+}
+
+/// The ratio of the means with its standard error.
+pub fn mean_ratio(picture: &Picture, reference: &Picture) -> MeanRatio {
     let (total, reference_total) = (sum(picture), sum(reference));
     let ratio = total / reference_total;
-    // Channels of a pixel come from the same paths: taken as fully correlated, which can only overstate the error.
-    let noise = |layers: [&[f32]; 3]| -> f64 {
-        (0..layers[0].len())
-            .map(|i| layers.iter().map(|layer| f64::from(layer[i]).sqrt()).sum::<f64>().powi(2))
-            .sum()
-    };
-    let (own, others) = (variance(picture).map(noise), variance(reference).map(noise));
+    let (own, others) = (variance(picture).map(noise_of_sum), variance(reference).map(noise_of_sum));
     let error = |own: f64, others: f64| Some((own + ratio * ratio * others).sqrt() / reference_total);
     let (standard_error, source) = match (own, others) {
         (Some(own), Some(others)) => (error(own, others), NoiseSource::Both),

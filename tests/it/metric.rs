@@ -4,7 +4,9 @@ use halfway::error::FilmError;
 use halfway::film::Picture;
 use halfway::film::flip::mean_flip;
 use halfway::film::heatmap;
-use halfway::film::metric::{Comparison, NoiseSource, any_beyond, compare, relative_error};
+use halfway::film::metric::{
+    Comparison, NoiseSource, any_beyond, compare, errors, reference_noise, relative_error,
+};
 use halfway::film::tonemap::View;
 use halfway::math::rng::{RandomKey, uniform4};
 
@@ -143,6 +145,26 @@ fn noise_alone_is_no_bias() {
     // Channels here are independent, and counted as correlated: z has the variance 1/3, not 1.
     let z_variance = z_sq_sum / 40.0;
     assert!((0.15..0.7).contains(&z_variance), "{z_variance}");
+}
+
+/// A reference's noise adds to the relMSE of what is compared with it; without what it adds, the error is that against
+/// the exact picture.
+#[test]
+fn the_noise_of_a_reference_can_be_subtracted() {
+    let picture = noise(3, 1.0, 0.2, false);
+    let exact = errors(&picture, &noise(4, 1.0, 0.0, false)).expect("comparable");
+    let mut reference = noise(4, 1.0, 0.05, true);
+    let noisy = errors(&picture, &reference).expect("comparable");
+    let added = reference_noise(&reference).expect("a reference").expect("its variance");
+    assert!(noisy.relmse > 1.05 * exact.relmse, "{noisy:?} against {exact:?}");
+    assert_close(noisy.relmse - added.relmse, exact.relmse, 0.03);
+    // Channels counted as correlated: 0.05 / sqrt(pixels).
+    assert_close(added.mean, 0.05 / (128.0f64 * 96.0).sqrt(), 0.01);
+
+    assert_eq!(reference_noise(&picture).expect("a reference"), None);
+    // The variance of one sample is not known, whatever the layer says.
+    reference.push_channel("samples", "Y", vec![1.0; 128 * 96]);
+    assert_eq!(reference_noise(&reference).expect("a reference"), None);
 }
 
 #[test]
