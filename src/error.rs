@@ -250,6 +250,9 @@ pub enum RenderError {
         "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
     )]
     TooManyPixels { width: u32, height: u32 },
+    /// Comparing the picture with a reference.
+    #[error(transparent)]
+    Film(#[from] FilmError),
     #[error(transparent)]
     Accel(#[from] AccelError),
     #[error(transparent)]

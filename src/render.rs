@@ -1,5 +1,7 @@
 //! The budget loop: rounds of samples until the first limit of samples, time or error is met.
 
+pub mod efficiency;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -247,6 +249,11 @@ impl<'a> Renderer<'a> {
         self.samples = 0;
         self.elapsed = Duration::ZERO;
         Ok(())
+    }
+
+    /// Renders to another budget from now on.
+    pub fn set_budget(&mut self, budget: Budget) {
+        self.options.budget = budget;
     }
 
     /// Renders until a limit of the budget is met or `interrupted` says so; it is asked after every round.
