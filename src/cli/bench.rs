@@ -6,6 +6,7 @@ use anyhow::Context as _;
 use clap::{Args, Subcommand};
 
 use super::Exit;
+use super::efficiency::{self, EfficiencyArgs};
 use super::input::{SceneArgs, choose_camera, parse_size};
 use crate::device::{Context, DeviceChoice};
 use crate::integrator::ray_bench::{RayBench, RaySet};
@@ -21,6 +22,8 @@ pub struct BenchArgs {
 enum Bench {
     /// Rays a second: primary, diffuse bounce, shadow.
     Rays(RaysArgs),
+    /// Efficiency of integrators, 1 / (relMSE x time), with confidence, as a Markdown table.
+    Efficiency(EfficiencyArgs),
 }
 
 /// Traces rays of three kinds and prints millions a second.
@@ -47,12 +50,18 @@ struct RaysArgs {
     dump: Option<PathBuf>,
 }
 
-/// Runs the benchmark.
+/// Runs a benchmark.
 ///
 /// # Errors
 /// Bad input, no device, files that cannot be written.
-pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
-    let Bench::Rays(args) = &args.bench;
+pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Exit> {
+    match &args.bench {
+        Bench::Rays(args) => rays(args),
+        Bench::Efficiency(args) => efficiency::run(args, quiet),
+    }
+}
+
+fn rays(args: &RaysArgs) -> anyhow::Result<Exit> {
     let mut scene = args.scene.load()?;
     let camera = choose_camera(&mut scene, args.camera.as_deref())?;
     let context = Context::new(&args.device)?;

@@ -3,6 +3,7 @@
 mod bench;
 mod compare;
 mod devices;
+mod efficiency;
 mod info;
 mod input;
 mod render;
@@ -72,7 +73,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
         Command::Render(args) => render::run(args, cli.quiet),
         Command::Compare(args) => Ok(compare::run(args)?),
         Command::Info(args) => info::run(args),
-        Command::Bench(args) => bench::run(args),
+        Command::Bench(args) => bench::run(args, cli.quiet),
         Command::Devices => Ok(devices::run()),
     }
 }

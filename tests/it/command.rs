@@ -1,4 +1,5 @@
-//! `halfway render` as a user runs it: how it ends, what it says, and what it leaves behind.
+//! `halfway render` and `halfway bench efficiency` as a user runs them: how they end, what they say and
+//! what they leave behind.
 
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -57,15 +58,18 @@ impl Case {
     }
 }
 
-/// How a run ended and what it said on stderr.
+/// How a run ended, what it said on stderr and what it printed on stdout.
 struct Run {
     code: Option<i32>,
     said: String,
+    printed: String,
 }
 
 impl Run {
     fn of(output: Output) -> Self {
-        Self { code: output.status.code(), said: String::from_utf8_lossy(&output.stderr).into_owned() }
+        let [said, printed] =
+            [&output.stderr, &output.stdout].map(|text| String::from_utf8_lossy(text).into());
+        Self { code: output.status.code(), said, printed }
     }
 
     /// Asserts the exit code and that every phrase was said, in a message and not in a panic.
@@ -275,4 +279,91 @@ fn r05_an_interrupted_render_is_saved() {
     let counts = picture.channel("samples", "Y").expect("a sample count");
     assert!(counts.iter().all(|&count| f64::from(count) == *samples), "{counts:?} are not {samples}");
     assert_eq!(case.files(), ["out.exr"]);
+}
+
+/// Every number is there and finite: JSON has no other numbers, and `null` where one is missing.
+fn assert_complete(value: &serde_json::Value, at: &str) {
+    match value {
+        serde_json::Value::Null => panic!("nothing at {at}"),
+        serde_json::Value::Array(values) => {
+            assert!(!values.is_empty(), "nothing in {at}");
+            values.iter().enumerate().for_each(|(i, value)| assert_complete(value, &format!("{at}/{i}")));
+        }
+        serde_json::Value::Object(values) => {
+            values.iter().for_each(|(name, value)| assert_complete(value, &format!("{at}/{name}")));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn bench_efficiency_measures_and_keeps_its_references() {
+    let case = Case::new();
+    let command = "bench efficiency builtin:cornell --integrators path,bdpt --rounds 2 --size 8x8 \
+                   --references refs --reference-time 500ms";
+    let run = case.run(&format!("{command} --spp 4 --json"));
+    run.assert(0, &["a reference by path", "round 2 of 2, bdpt"]);
+    let report: serde_json::Value = serde_json::from_str(&run.printed).expect("JSON");
+    let scene = &report["scenes"][0];
+    let memory = scene["integrators"][1].clone();
+    assert!(memory["bytes"].as_u64().is_some_and(|bytes| bytes > 0), "{memory}");
+    assert_complete(&report, "");
+    let keys =
+        ["seconds", "mape", "relmse", "relmse_trimmed", "efficiency", "mean_ratio", "mean_ratio_error"];
+    for (index, name) in ["path", "bdpt"].into_iter().enumerate() {
+        let result = &scene["integrators"][index];
+        assert_eq!(result["name"], name);
+        assert_eq!(result["runs"].as_array().map(Vec::len), Some(2));
+        assert_eq!(result["summary"]["samples"], 4);
+        for key in keys {
+            assert!(result["summary"][key].as_f64().is_some_and(|value| value > 0.0), "{key} in {result}");
+        }
+        assert_eq!(result["summary"]["ratio"]["interval"].as_array().map(Vec::len), Some(2), "{result}");
+        let vertices = result["summary"]["iteration"]["light_vertices"].as_f64().expect("a count");
+        assert_eq!(vertices > 0.0, name == "bdpt", "{vertices} light vertices of {name}");
+    }
+    let seeds = |index: usize| scene["integrators"][index]["runs"].as_array().expect("runs").iter();
+    let mut seeds: Vec<_> = seeds(0).chain(seeds(1)).filter_map(|run| run["seed"].as_u64()).collect();
+    seeds.sort_unstable();
+    assert_eq!(seeds, [1, 2, 3, 4]);
+
+    // Again, by time and as a table: the reference is there.
+    let kept = scene["reference"]["file"].as_str().expect("a path");
+    let bytes = std::fs::read(case.path(kept)).expect("the reference");
+    let run = case.run(&format!("{command} --time 10ms"));
+    run.assert(0, &["how fast is bdpt"]);
+    assert!(!run.said.contains("a reference by"), "{}", run.said);
+    assert_eq!(std::fs::read(case.path(kept)).expect("the reference"), bytes);
+    assert!(run.printed.contains("`halfway bench efficiency builtin:cornell"), "{}", run.printed);
+    let columns =
+        run.printed.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count());
+    assert_eq!(columns.collect::<Vec<_>>(), [14; 4], "{}", run.printed);
+
+    // One of the user's own goes before, but not that of another scene.
+    std::fs::copy(case.path(kept), case.path("refs/cornell.exr")).expect("a copy");
+    std::fs::copy(case.path(kept), case.path("refs/door.exr")).expect("a copy");
+    let command = command.replace("cornell", "cornell builtin:door").replace("path,bdpt", "path");
+    let run = case.run(&format!("{command} --spp 1 --json"));
+    run.assert(0, &["door.exr is of another size or scene", "door: a reference by path"]);
+    let report: serde_json::Value = serde_json::from_str(&run.printed).expect("JSON");
+    assert_eq!(report["scenes"][0]["reference"]["file"], "refs/cornell.exr");
+}
+
+#[test]
+fn bench_efficiency_refuses_what_makes_no_sense() {
+    let case = Case::new();
+    for (arguments, phrase) in [
+        ("--integrators path,photon", "'photon'"),
+        ("--integrators path:connections=2", "--connections"),
+        ("--reference-integrator path,bdpt", "--reference-integrator"),
+        ("--rounds 1", "--rounds"),
+        ("--spp 0", "--spp"),
+        ("--spp 4 --time 1s", "--time"),
+    ] {
+        let run = case.run(&format!("bench efficiency builtin:cornell --size 8x8 {arguments}"));
+        run.assert(2, &[phrase]);
+        assert!(run.printed.is_empty() && case.files().is_empty(), "{arguments} left {:?}", case.files());
+    }
+    case.run("bench efficiency builtin:nowhere").assert(2, &["nowhere", "cornell"]);
+    case.run("bench efficiency").assert(2, &["SCENE"]);
 }
