@@ -13,7 +13,7 @@ use super::render::{IntegratorName, MethodArgs};
 use crate::device::{Context, DeviceChoice};
 use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, exr};
-use crate::integrator::Method;
+use crate::integrator::{Method, Training};
 use crate::math::date::date;
 use crate::render::efficiency::{Run, Summary, Work, measure, summary};
 use crate::render::{Budget, RenderOptions, Renderer, Report};
@@ -38,6 +38,7 @@ Columns:
   efficiency           1 / (mean relMSE x mean time)
   ratio                of efficiencies: median of the rounds' pairs, and its 95 % interval (bootstrap)
   mean ratio           the picture's mean over the reference's, +- its standard error: beyond 3 of them it is biased
+  learning             seconds of spcbpt before its first sample: done once for all rounds, in none of the times
   rays to vertices     of an iteration, that is one sample of every pixel; connections are those tested
   MiB                  all buffers of the device";
 
@@ -96,6 +97,13 @@ pub struct EfficiencyArgs {
 struct Candidate {
     label: String,
     method: Method,
+    training: Training,
+}
+
+impl Candidate {
+    fn options(&self, subject: &Subject) -> RenderOptions {
+        RenderOptions { method: self.method, training: self.training.clone(), ..subject.options.clone() }
+    }
 }
 
 /// The options of one integrator.
@@ -127,8 +135,8 @@ fn parse_integrators(list: &str) -> Result<Vec<Candidate>, InputError> {
             let line: Vec<&str> = first.split_whitespace().collect();
             InputError::Usage(format!("the integrator '{label}': {}", line.join(" ")))
         })?;
-        let method = parsed.method.method()?;
-        Ok(Candidate { label, method })
+        let (method, training) = (parsed.method.method()?, parsed.method.training()?);
+        Ok(Candidate { label, method, training })
     };
     labels.into_iter().map(candidate).collect()
 }
@@ -214,8 +222,14 @@ fn load(args: &EfficiencyArgs, path: &Path) -> anyhow::Result<Subject> {
     let mut scene = from.load()?;
     let camera = choose_camera(&mut scene, args.camera.as_deref())?;
     let [width, height] = args.size.or(scene.resolution).unwrap_or([1280, 720]);
-    let options =
-        RenderOptions { width, height, camera, max_depth: args.max_depth, ..RenderOptions::default() };
+    let options = RenderOptions {
+        width,
+        height,
+        camera,
+        max_depth: args.max_depth,
+        seed: args.seed.into(),
+        ..RenderOptions::default()
+    };
     let name = default_output(path).with_extension("").display().to_string();
     Ok(Subject { name, hash: scene.content_hash(), scene, options })
 }
@@ -231,8 +245,7 @@ fn rounds(
 ) -> anyhow::Result<Vec<(Vec<Run>, Report)>> {
     let mut renderers = Vec::new();
     for candidate in candidates {
-        let options = RenderOptions { method: candidate.method, ..subject.options.clone() };
-        renderers.push(Renderer::new(context, &subject.scene, options)?);
+        renderers.push(Renderer::new(context, &subject.scene, candidate.options(subject))?);
     }
     let work = args.spp.map_or(Work::Time(args.time), Work::Samples);
     let say = |round: Option<u32>, index: usize| {
@@ -291,8 +304,7 @@ fn reference(
         eprintln!("{}: a reference by {}, {asked} s", subject.name, maker.label);
     }
     let budget = Budget { time: Some(args.reference_time), ..Budget::default() };
-    let options =
-        RenderOptions { method: maker.method, seed: REFERENCE_SEED, budget, ..subject.options.clone() };
+    let options = RenderOptions { seed: REFERENCE_SEED, budget, ..maker.options(subject) };
     let mut renderer = Renderer::new(context, &subject.scene, options)?;
     renderer.run(|_| false)?;
     let (report, mut picture) = (renderer.report()?, renderer.picture()?);
@@ -332,6 +344,7 @@ fn json_of(subject: &Subject, reference: &Reference, rows: &[Row]) -> serde_json
                 "name": row.candidate.label,
                 "method": row.candidate.method,
                 "summary": row.summary,
+                "learning_seconds": row.report.preprocessing_seconds,
                 "bytes": row.bytes(),
                 "memory": row.report.memory,
                 "runs": row.runs,
@@ -368,8 +381,8 @@ fn print_table(args: &EfficiencyArgs, subject: &Subject, reference: &Reference, 
     );
     let first = &rows[0].candidate.label;
     println!(
-        "| integrator | spp | s | MAPE | relMSE | trimmed | efficiency | ratio to {first} | mean ratio | rays | \
-         connections | light vertices | MiB |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+        "| integrator | spp | s | MAPE | relMSE | trimmed | efficiency | ratio to {first} | mean ratio | learning | rays | \
+         connections | light vertices | MiB |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
     );
     for row in rows {
         let summary = &row.summary;
@@ -391,6 +404,7 @@ fn print_table(args: &EfficiencyArgs, subject: &Subject, reference: &Reference, 
             summary.efficiency.map_or("-".into(), short),
             ratio,
             format!("{:.4}{mean_error}", summary.mean_ratio),
+            short(row.report.preprocessing_seconds),
             grouped(summary.iteration.rays),
             grouped(summary.iteration.connections),
             grouped(summary.iteration.light_vertices),
@@ -464,6 +478,7 @@ mod tests {
             ("lvcbpt:connections=2,photon", ["--photon", "unexpected"]),
             ("path:connections=2", ["--connections", "lvcbpt"]),
             ("lvcbpt:connections=many", ["many", "connections"]),
+            ("lvcbpt:subspaces=8", ["--subspaces", "spcbpt"]),
             ("bdpt:integrator=path", ["--integrator", "multiple"]),
             ("bdpt:help", ["--help", "unexpected"]),
         ] {

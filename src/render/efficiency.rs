@@ -104,7 +104,9 @@ pub fn measure(
                 samples
             }
             Work::Time(time) => {
-                let report = render(renderer, Budget { time: Some(time), ..Budget::default() })?;
+                // A budget of time counts learning too, which is done once for all rounds.
+                let learning = Duration::from_secs_f64(renderer.report()?.preprocessing_seconds);
+                let report = render(renderer, Budget { time: Some(time + learning), ..Budget::default() })?;
                 samples_for(time.as_secs_f64(), &report)
             }
         });

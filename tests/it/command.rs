@@ -337,7 +337,7 @@ fn bench_efficiency_measures_and_keeps_its_references() {
     assert!(run.printed.contains("`halfway bench efficiency builtin:cornell"), "{}", run.printed);
     let columns =
         run.printed.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count());
-    assert_eq!(columns.collect::<Vec<_>>(), [14; 4], "{}", run.printed);
+    assert_eq!(columns.collect::<Vec<_>>(), [15; 4], "{}", run.printed);
 
     // One of the user's own goes before, but not that of another scene.
     std::fs::copy(case.path(kept), case.path("refs/cornell.exr")).expect("a copy");
