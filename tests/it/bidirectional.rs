@@ -123,11 +123,11 @@ fn c14_strategies_add_up() {
 /// Pictures that are compared.
 pub const SIZE: [u32; 2] = [48, 48];
 
-/// The path tracer's pictures of a scene, from 16 seeds, made once for all tests.
+/// The path tracer's pictures of a scene, from 10 seeds, made once for all tests.
 fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
     static KNOWN: Mutex<BTreeMap<String, Arc<Vec<Vec<DVec3>>>>> = Mutex::new(BTreeMap::new());
     let mut known = KNOWN.lock().expect("no test panics in here");
-    let made = || Arc::new(renders(scene, &options(SIZE, 32), 100..116));
+    let made = || Arc::new(renders(scene, &options(SIZE, 32), 100..110));
     Arc::clone(known.entry(scene.name.clone()).or_insert_with(made))
 }
 
@@ -142,7 +142,7 @@ fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
 pub fn assert_options_same_as_path(scene: &Scene, options: &RenderOptions) {
     let method = options.method;
     let path = path_renders(scene);
-    let found = renders(scene, options, 0..16);
+    let found = renders(scene, options, 0..10);
     let tiles = |pictures: &[Vec<DVec3>]| -> Vec<Vec<f64>> {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
     };
