@@ -37,7 +37,8 @@ Columns:
   trimmed              relMSE without its largest 0.1 %, nothing subtracted
   efficiency           1 / (mean relMSE x mean time)
   ratio                of efficiencies: median of the rounds' pairs, and its 95 % interval (bootstrap)
-  mean ratio           the picture's mean over the reference's, +- its standard error: beyond 3 of them it is biased
+  mean ratio           the picture's mean over the reference's, +- its standard error; few rounds know that badly:
+                       with 8 one in 200 is beyond 4 of them by chance
   learning             seconds of spcbpt before its first sample: done once for all rounds, in none of the times
   rays to vertices     of an iteration, that is one sample of every pixel; connections are those tested
   MiB                  all buffers of the device";
