@@ -120,12 +120,18 @@ fn r07_settings_of_another_integrator_are_refused() {
         ("--integrator bdpt --connections 4", ["--connections", "lvcbpt", "--integrator"]),
         ("--integrator lvcbpt --connections 0", ["--connections", "1 to 64", ""]),
         ("--integrator lvcbpt --connections 65", ["--connections", "1 to 64", ""]),
-        ("--light-paths 100", ["--light-paths", "lvcbpt and light", "--integrator"]),
-        ("--integrator bdpt --light-paths 100", ["--light-paths", "lvcbpt and light", "--integrator"]),
+        ("--light-paths 100", ["--light-paths", "lvcbpt, spcbpt and light", "--integrator"]),
+        (
+            "--integrator bdpt --light-paths 100",
+            ["--light-paths", "lvcbpt, spcbpt and light", "--integrator"],
+        ),
         ("--integrator light --light-paths 0", ["--light-paths", "at least 1", ""]),
         ("--integrator lvcbpt --light-paths 0", ["--light-paths", "at least 1", ""]),
-        ("--light-tracing", ["--light-tracing", "bdpt and lvcbpt", "--integrator"]),
-        ("--integrator light --light-tracing", ["--light-tracing", "bdpt and lvcbpt", "--integrator"]),
+        ("--light-tracing", ["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"]),
+        (
+            "--integrator light --light-tracing",
+            ["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"],
+        ),
         ("--integrator photons", ["photons", "bdpt, lvcbpt, light", ""]),
         ("--strategies out --max-depth 3", ["--strategies", "--integrator bdpt or lvcbpt", ""]),
         (

