@@ -132,7 +132,7 @@ fn r07_settings_of_another_integrator_are_refused() {
             "--integrator light --light-tracing",
             ["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"],
         ),
-        ("--integrator photons", ["photons", "bdpt, lvcbpt, light", ""]),
+        ("--integrator photons", ["photons", "bdpt, lvcbpt, spcbpt, light", ""]),
         ("--strategies out --max-depth 3", ["--strategies", "--integrator bdpt or lvcbpt", ""]),
         (
             "--strategies out --max-depth 3 --integrator light",
