@@ -14,9 +14,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var label = 0u; label < SUBSPACES; label++) {
         bucket_ends[label * RUNS + run] = 0u;
     }
-    let vertices = light_path_offsets[batch.light_path_count];
-    let length = (vertices + RUNS - 1u) / RUNS;
-    for (var i = min(run * length, vertices); i < min((run + 1u) * length, vertices); i++) {
+    let range = run_range(run, light_path_offsets[batch.light_path_count]);
+    for (var i = range.x; i < range.y; i++) {
         let label = light_vertices[light_order[i]].number_label >> 16u;
         bucket_ends[label * RUNS + run]++;
     }

@@ -11,9 +11,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if run >= RUNS {
         return;
     }
-    let vertices = light_path_offsets[batch.light_path_count];
-    let length = (vertices + RUNS - 1u) / RUNS;
-    for (var i = min(run * length, vertices); i < min((run + 1u) * length, vertices); i++) {
+    let range = run_range(run, light_path_offsets[batch.light_path_count]);
+    for (var i = range.x; i < range.y; i++) {
         let slot = light_order[i];
         let cell = (light_vertices[slot].number_label >> 16u) * RUNS + run;
         bucket_order[bucket_ends[cell]] = slot;

@@ -1,6 +1,7 @@
 #import bind/buckets
 #import bind/light_cache
 #import bind/subspaces
+#import lib/color
 
 // Running sums of |w| over each subspace, by blocks: the error of a plain sum grows with the number of vertices.
 
@@ -17,8 +18,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var first = range.x; first < range.y; first += BLOCK) {
         var sum = 0.0;
         for (var i = first; i < min(first + BLOCK, range.y); i++) {
-            let weight = light_vertices[bucket_order[i]].weight;
-            sum += weight.x + weight.y + weight.z;
+            sum += magnitude(light_vertices[bucket_order[i]].weight);
             bucket_sums[i] = before + sum;
         }
         before += sum;

@@ -1,5 +1,6 @@
 #import bind/accel
 #import bind/queue
+#import lib/advance
 #import lib/hit
 #import lib/medium
 #import lib/path_key
@@ -61,20 +62,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, point_surface(point), point_frame(point), arrival, u, true);
-    let next_throughput = throughput * departure.weight;
-    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
+    let slot = send_on(ray.path, depth, point, departure, throughput);
+    if slot == PATH_ENDS {
         return;
     }
-    let slot = atomicAdd(&counts.paths_out, 1u);
-    paths_out[slot] = PathRay(
-        ray_origin(point, departure.direction),
-        ray.path,
-        departure.direction,
-        departure.pdf_solid,
-        next_throughput,
-        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
-    );
-    sub_paths_out[slot] = departure.next;
 #if lights
 #if subspaces
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;

@@ -1,5 +1,6 @@
 #import bind/accel
 #import bind/queue
+#import lib/advance
 #import lib/hit
 #import lib/medium
 #import lib/path_key
@@ -74,20 +75,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, surface, point_frame(point), arrival, u, false);
-    let next_throughput = throughput * departure.weight;
-    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
+    let slot_out = send_on(ray.path, depth, point, departure, throughput);
+    if slot_out == PATH_ENDS {
         return;
     }
-    let slot_out = atomicAdd(&counts.paths_out, 1u);
-    paths_out[slot_out] = PathRay(
-        ray_origin(point, departure.direction),
-        ray.path,
-        departure.direction,
-        departure.pdf_solid,
-        next_throughput,
-        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
-    );
-    sub_paths_out[slot_out] = departure.next;
 #if subspaces
     shares_out[slot_out] = light_share(select(throughput, vec3f(0.0), is_delta), label);
 #endif

@@ -1,6 +1,7 @@
 #import bind/accel
 #import bind/queue
 #import bind/training
+#import lib/advance
 #import lib/emission
 #import lib/light
 #import lib/medium
@@ -147,18 +148,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    let next_throughput = ray.throughput * departure.weight;
-    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
-        return;
-    }
-    let slot_out = atomicAdd(&counts.paths_out, 1u);
-    paths_out[slot_out] = PathRay(
-        ray_origin(point, departure.direction),
-        ray.path,
-        departure.direction,
-        departure.pdf_solid,
-        next_throughput,
-        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
-    );
-    sub_paths_out[slot_out] = departure.next;
+    send_on(ray.path, depth, point, departure, ray.throughput);
 }

@@ -15,3 +15,9 @@ fn bucket_range(label: u32) -> vec2u {
     let first = select(bucket_ends[max(label, 1u) * RUNS - 1u], 0u, label == 0u);
     return vec2u(first, bucket_ends[label * RUNS + RUNS - 1u]);
 }
+
+/// First place of a run in a cache of `vertices`, and the one after its last.
+fn run_range(run: u32, vertices: u32) -> vec2u {
+    let length = (vertices + RUNS - 1u) / RUNS;
+    return min(vec2u(run, run + 1u) * length, vec2u(vertices));
+}

@@ -8,3 +8,8 @@ fn luminance(color: vec3f) -> f32 {
 fn max_component(color: vec3f) -> f32 {
     return max(color.x, max(color.y, color.z));
 }
+
+/// |.| of a colour: what the densities of subspaces are in proportion to.
+fn magnitude(color: vec3f) -> f32 {
+    return color.x + color.y + color.z;
+}

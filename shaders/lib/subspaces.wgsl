@@ -1,6 +1,7 @@
 #import bind/queue
 #import bind/subpath
 #import bind/subspaces
+#import lib/color
 #import lib/hit
 
 // Connections by subspaces: an eye vertex z of eye subspace e is connected to a light vertex y of light subspace l
@@ -34,11 +35,6 @@ fn vertex_label(tree: u32, point: SurfacePoint, world_from: vec3f) -> u32 {
 /// N Gamma / Q.
 fn connection_share(eye_label: u32, light_label: u32) -> f32 {
     return f32(CELLS) * gamma_pdf[eye_label * SUBSPACES + light_label] * inv_q[light_label];
-}
-
-/// |.| of a colour.
-fn magnitude(color: vec3f) -> f32 {
-    return color.x + color.y + color.z;
 }
 
 /// c between a light path's vertex, if it is no delta vertex, and the one before it, of which `share` tells.
