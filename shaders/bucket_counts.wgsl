@@ -1,7 +1,9 @@
 #import bind/batch
 #import bind/buckets
 #import bind/light_cache
+#import bind/queue
 #import bind/subspaces
+#import lib/color
 
 // How many vertices of each light subspace each run of the cache has.
 
@@ -16,7 +18,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let range = run_range(run, light_path_offsets[batch.light_path_count]);
     for (var i = range.x; i < range.y; i++) {
-        let label = light_vertices[light_order[i]].number_label >> 16u;
-        bucket_ends[label * RUNS + run]++;
+        let vertex = light_vertices[light_order[i]];
+        if is_drawable(vertex.weight) {
+            bucket_ends[(vertex.number_label >> 16u) * RUNS + run]++;
+        } else if !is_finite3(vec3f(magnitude(vertex.weight))) {
+            atomicAdd(&counts.non_finite_vertices, 1u);
+        }
     }
 }

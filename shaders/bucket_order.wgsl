@@ -2,6 +2,7 @@
 #import bind/buckets
 #import bind/light_cache
 #import bind/subspaces
+#import lib/color
 
 // Sorts the cache by subspace. Within one, the order is that of `light_order`, whatever order the runs work in.
 
@@ -13,9 +14,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let range = run_range(run, light_path_offsets[batch.light_path_count]);
     for (var i = range.x; i < range.y; i++) {
-        let slot = light_order[i];
-        let cell = (light_vertices[slot].number_label >> 16u) * RUNS + run;
-        bucket_order[bucket_ends[cell]] = slot;
-        bucket_ends[cell]++;
+        let vertex = light_order[i];
+        if is_drawable(light_vertices[vertex].weight) {
+            let cell = (light_vertices[vertex].number_label >> 16u) * RUNS + run;
+            bucket_items[bucket_ends[cell]].x = vertex;
+            bucket_ends[cell]++;
+        }
     }
 }

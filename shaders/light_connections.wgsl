@@ -37,23 +37,11 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
     if range.x == range.y {
         return Selection(NO_VERTEX, 0.0);
     }
-    let total = bucket_sums[range.y - 1u];
-    let target_sum = uniform_from_word(mixed.z) * total;
-    // The first vertex whose sum is above the target: one without weight never is.
-    var low = range.x;
-    var high = range.y - 1u;
-    while low < high {
-        let middle = (low + high) / 2u;
-        if bucket_sums[middle] > target_sum {
-            high = middle;
-        } else {
-            low = middle + 1u;
-        }
-    }
-    let vertex = bucket_order[low];
-    let weight = magnitude(light_vertices[vertex].weight);
+    let n = range.y - range.x;
+    let item = bucket_items[draw_from_bucket(range, mixed.zw)];
+    let table_units = n << slot_bits(n);
     let expected = f32(batch.light_path_count) * f32(CELLS) * gamma_pdf[eye_label * SUBSPACES + light_label];
-    return Selection(select(NO_VERTEX, vertex, weight > 0.0), total / weight / expected);
+    return Selection(item.x, f32(table_units) / f32(item.y) / expected);
 #else
 #if own_light_path
     // Every vertex of the light path that was traced for this eye path, once.

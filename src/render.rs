@@ -337,9 +337,9 @@ impl<'a> Renderer<'a> {
         report.samples = self.samples;
         report.seconds = self.elapsed.as_secs_f64();
         report.estimated_error = sums.estimated_error();
-        report.non_finite = sums.non_finite();
         let wavefront = self.integrator.wavefront();
         report.rays = wavefront.ray_counts(self.context)?;
+        report.non_finite = sums.non_finite() + report.rays.non_finite_vertices;
         report.kernels = wavefront.kernel_times();
         report.memory = wavefront.buffers.sizes();
         Ok(report)

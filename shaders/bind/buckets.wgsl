@@ -1,14 +1,17 @@
-// The light cache sorted by light subspace, each subspace with the running sums of |w| over its vertices.
+#import lib/alias
+
+// The light cache sorted by light subspace, with an alias table for each subspace that draws its vertices in proportion
+// to |w|. Vertices without weight are left out.
 
 /// Parts that the cache is cut into while it is sorted.
 const RUNS: u32 = 256u;
 
 /// For each light subspace and run: how many vertices; then where they begin; then, after sorting, where they end.
 @group(3) @binding(10) var<storage, read_write> bucket_ends: array<u32>;
-/// Indices into the cache, by subspace.
-@group(3) @binding(11) var<storage, read_write> bucket_order: array<u32>;
-/// Sums of |w| from the subspace's first vertex on.
-@group(3) @binding(12) var<storage, read_write> bucket_sums: array<f32>;
+/// By subspace: index into the cache, and the vertex's units in the alias table.
+@group(3) @binding(11) var<storage, read_write> bucket_items: array<vec2u>;
+/// Threshold and alias (a place in `bucket_items`) of each slot: lib/alias.
+@group(3) @binding(12) var<storage, read_write> bucket_tables: array<vec2u>;
 
 /// First place of a light subspace, and the one after its last.
 fn bucket_range(label: u32) -> vec2u {
@@ -20,4 +23,17 @@ fn bucket_range(label: u32) -> vec2u {
 fn run_range(run: u32, vertices: u32) -> vec2u {
     let length = (vertices + RUNS - 1u) / RUNS;
     return min(vec2u(run, run + 1u) * length, vec2u(vertices));
+}
+
+/// Place of a vertex of a range that is not empty, drawn with two random words.
+fn draw_from_bucket(range: vec2u, words: vec2u) -> u32 {
+    var draw = alias_draw(words, range.y - range.x);
+    draw.slot += range.x;
+    let entry = bucket_tables[draw.slot];
+    return alias_pick(draw, entry.x, entry.y);
+}
+
+/// Each of a table's `n` slots holds 2^k units; their sum stays below 2^31.
+fn slot_bits(n: u32) -> u32 {
+    return countLeadingZeros(n) - 1u;
 }

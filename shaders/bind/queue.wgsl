@@ -42,7 +42,8 @@ struct Counts {
     longest_light_path: atomic<u32>,
     /// How many times the eye vertices of this bounce have connected.
     connection_round: u32,
-    pad: u32,
+    /// Light vertices that were left out: their weight is infinite or none. A total over the render.
+    non_finite_vertices: atomic<u32>,
 }
 
 @group(1) @binding(0) var<storage, read_write> paths_in: array<PathRay>;

@@ -1,3 +1,5 @@
+#import lib/math
+
 // Colours are linear Rec.709.
 
 /// Relative luminance, ITU-R BT.709.
@@ -12,4 +14,10 @@ fn max_component(color: vec3f) -> f32 {
 /// |.| of a colour: what the densities of subspaces are in proportion to.
 fn magnitude(color: vec3f) -> f32 {
     return color.x + color.y + color.z;
+}
+
+/// It has light to give, and a finite amount.
+fn is_drawable(weight: vec3f) -> bool {
+    let sum = magnitude(weight);
+    return sum > 0.0 && is_finite3(vec3f(sum));
 }

@@ -144,7 +144,7 @@ device_struct! {
         pub light_vertices: u32,
         pub longest_light_path: u32,
         pub connection_round: u32,
-        pub pad: u32,
+        pub non_finite_vertices: u32,
     }
 }
 

@@ -15,7 +15,8 @@ pub(super) struct Subspaces {
     pub labels: [Bound; 2],
     /// Sorts the cache.
     pub sort: Vec<Stage>,
-    kernels: Vec<(Kernel, Size)>,
+    /// Invocations of each; 0: one for each vertex of the cache.
+    kernels: Vec<(Kernel, u32)>,
 }
 
 impl Subspaces {
@@ -39,15 +40,16 @@ impl Subspaces {
         buffers.create(context, "bucket_ends", u64::from(k) * u64::from(RUNS) * 4)?;
         let labels = wavefront.compile(context, "eye_labels", &[])?;
         let labels = wavefront.bind_pair(context, &labels)?;
-        let kernels = [
-            ("bucket_counts", Size::Count(RUNS)),
-            ("bucket_scan", Size::Count(1)),
-            ("bucket_order", Size::Count(RUNS)),
-            ("bucket_sums", Size::Count(k)),
-        ]
-        .into_iter()
-        .map(|(name, size)| Ok((wavefront.compile(context, name, &[])?, size)))
-        .collect::<Result<_, DeviceError>>()?;
+        let mut compile = |name: &str| wavefront.compile(context, name, &[]);
+        let (scan, units) = (compile("bucket_scan")?, compile("bucket_units")?);
+        let workgroups = k * units.workgroup;
+        let kernels = vec![
+            (compile("bucket_counts")?, RUNS),
+            (scan, 1),
+            (compile("bucket_order")?, RUNS),
+            (units, workgroups),
+            (compile("bucket_tables")?, 0),
+        ];
         Ok(Self { labels, sort: Vec::new(), kernels })
     }
 
@@ -61,12 +63,16 @@ impl Subspaces {
         wavefront: &mut Wavefront,
         vertices: u64,
     ) -> Result<(), DeviceError> {
-        wavefront.buffers.create(context, "bucket_order", vertices * 4)?;
-        wavefront.buffers.create(context, "bucket_sums", vertices * 4)?;
+        for name in ["bucket_items", "bucket_tables", "bucket_sums"] {
+            wavefront.buffers.create(context, name, vertices * 8)?;
+        }
         self.sort = self
             .kernels
             .iter()
-            .map(|(kernel, size)| Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, *size)))
+            .map(|(kernel, invocations)| {
+                let count = if *invocations == 0 { vertices as u32 } else { *invocations };
+                Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, Size::Count(count)))
+            })
             .collect::<Result<_, DeviceError>>()?;
         Ok(())
     }

@@ -53,6 +53,8 @@ pub struct RayCounts {
     pub light_occlusion: u64,
     /// Vertices that light paths left in the cache.
     pub light_vertices: u64,
+    /// Light vertices of infinite or undefined weight, which connections by subspaces leave out.
+    pub non_finite_vertices: u64,
 }
 
 /// How many invocations a stage has: known here, or read by the device from `arguments`.
@@ -139,6 +141,9 @@ impl Wavefront {
         }
         if form.subspaces > 0 {
             features.insert("subspaces");
+        }
+        if context.is_cpu() {
+            features.insert("one_lane");
         }
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("SUBSPACES", f64::from(form.subspaces)));
@@ -444,6 +449,7 @@ impl Wavefront {
         Ok(RayCounts {
             closest_hit: total(counts.closest_total),
             occlusion: total(counts.shadow_total),
+            non_finite_vertices: counts.non_finite_vertices.into(),
             ..self.light_counts
         })
     }

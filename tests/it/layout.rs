@@ -204,7 +204,7 @@ struct Validated(HashSet<String>);
 
 impl Validated {
     fn check(&mut self, features: &SceneFeatures) {
-        for extra in [None, Some("any_hit"), Some("deep_tree"), Some("subspaces")] {
+        for extra in [None, Some("any_hit"), Some("deep_tree"), Some("subspaces"), Some("one_lane")] {
             let mut features = kernel_features(features);
             features.extend(extra);
             for kernel in kernels() {

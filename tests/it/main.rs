@@ -7,6 +7,7 @@ mod alias;
 mod bidirectional;
 mod bsdf;
 mod bsdf_f64;
+mod bucket_tables;
 mod builtin;
 mod closed_forms;
 mod command;
