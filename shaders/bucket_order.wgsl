@@ -14,10 +14,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let range = run_range(run, light_path_offsets[batch.light_path_count]);
     for (var i = range.x; i < range.y; i++) {
-        let vertex = light_order[i];
-        if is_drawable(light_vertices[vertex].weight) {
-            let cell = (light_vertices[vertex].number_label >> 16u) * RUNS + run;
-            bucket_items[bucket_ends[cell]].x = vertex;
+        let index = light_order[i];
+        let vertex = light_vertices[index];
+        if is_drawable(vertex.weight) {
+            let cell = (vertex.number_label >> 16u) * RUNS + run;
+            bucket_items[bucket_ends[cell]] = vec2u(index, bitcast<u32>(magnitude(vertex.weight)));
             bucket_ends[cell]++;
         }
     }

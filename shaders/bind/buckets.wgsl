@@ -8,7 +8,7 @@ const RUNS: u32 = 256u;
 
 /// For each light subspace and run: how many vertices; then where they begin; then, after sorting, where they end.
 @group(3) @binding(10) var<storage, read_write> bucket_ends: array<u32>;
-/// By subspace: index into the cache, and the vertex's units in the alias table.
+/// By subspace: index into the cache, and the vertex's units in the alias table; before there is one, |w| as bits.
 @group(3) @binding(11) var<storage, read_write> bucket_items: array<vec2u>;
 /// Threshold and alias (a place in `bucket_items`) of each slot: lib/alias.
 @group(3) @binding(12) var<storage, read_write> bucket_tables: array<vec2u>;

@@ -72,7 +72,6 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "bucket_order",
     "bucket_scan",
     "bucket_tables",
-    "bucket_units",
     "camera_connections",
     "camera_rays",
     "closest_hit",

@@ -15,7 +15,7 @@ pub(super) struct Subspaces {
     pub labels: [Bound; 2],
     /// Sorts the cache.
     pub sort: Vec<Stage>,
-    /// Invocations of each; 0: one for each vertex of the cache.
+    /// With the invocations of each.
     kernels: Vec<(Kernel, u32)>,
 }
 
@@ -41,14 +41,13 @@ impl Subspaces {
         let labels = wavefront.compile(context, "eye_labels", &[])?;
         let labels = wavefront.bind_pair(context, &labels)?;
         let mut compile = |name: &str| wavefront.compile(context, name, &[]);
-        let (scan, units) = (compile("bucket_scan")?, compile("bucket_units")?);
-        let workgroups = k * units.workgroup;
+        let (scan, tables) = (compile("bucket_scan")?, compile("bucket_tables")?);
+        let workgroups = k * tables.workgroup;
         let kernels = vec![
             (compile("bucket_counts")?, RUNS),
             (scan, 1),
             (compile("bucket_order")?, RUNS),
-            (units, workgroups),
-            (compile("bucket_tables")?, 0),
+            (tables, workgroups),
         ];
         Ok(Self { labels, sort: Vec::new(), kernels })
     }
@@ -69,9 +68,8 @@ impl Subspaces {
         self.sort = self
             .kernels
             .iter()
-            .map(|(kernel, invocations)| {
-                let count = if *invocations == 0 { vertices as u32 } else { *invocations };
-                Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, Size::Count(count)))
+            .map(|(kernel, count)| {
+                Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, Size::Count(*count)))
             })
             .collect::<Result<_, DeviceError>>()?;
         Ok(())

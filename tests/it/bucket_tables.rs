@@ -84,13 +84,12 @@ fn sort(lanes: &[&'static str]) -> Sorted {
     }
     let features: Features = lanes.iter().copied().chain(["subspaces", "light_cache"]).collect();
     let constants = [("SUBSPACES", SUBSPACES as f64)];
-    for name in ["bucket_counts", "bucket_scan", "bucket_order", "bucket_units", "bucket_tables"] {
+    for name in ["bucket_counts", "bucket_scan", "bucket_order", "bucket_tables"] {
         let kernel = Kernel::new(context, name, &features, &constants).expect("a kernel");
         let invocations = match name {
             "bucket_counts" | "bucket_order" => RUNS as u32,
             "bucket_scan" => 1,
-            "bucket_units" => SUBSPACES as u32 * kernel.workgroup,
-            _ => count as u32,
+            _ => SUBSPACES as u32 * kernel.workgroup,
         };
         let bound = kernel.bind(context, &buffers).expect("all buffers");
         let mut encoder = context.device.create_command_encoder(&Default::default());
