@@ -44,7 +44,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
     let arrival = arrive(point, ray.direction, ray.pdf_solid, previous);
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
-    let throughput = ray.throughput * transmittance(medium, hit.t);
+    let through = transmittance(medium, hit.t);
+    let throughput = ray.throughput * through;
+#if lights
+#if subspaces
+    shares.share = vec4f(shares.share.rgb * through, shares.share.w);
+#endif
+#endif
 #if area_lights
     let light_index = triangles[hit.triangle].light;
     if light_index != 0u {

@@ -105,19 +105,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let arrival = arrive(eye_point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    let medium = medium_between(ray.depth_medium >> 16u, eye_point, arrival.world_from);
+    let through = transmittance(medium, hit.t);
     var shares: EyeShares;
 #if subspaces
-    shares = EyeShares(shares_in[index], eye_labels[index]);
+    let share = shares_in[index];
+    shares = EyeShares(vec4f(share.rgb * through, share.w), eye_labels[index]);
 #endif
     let connection = connect(eye_point, arrival, shares, vertex);
     let link = connection.link;
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
-    let medium = medium_between(ray.depth_medium >> 16u, eye_point, arrival.world_from);
-    var medium_across = medium_towards(eye_point, link.direction);
-    if kind == 0u {
-        medium_across = medium_between(medium_across, link.light_point, -link.direction);
-    }
-    let through = transmittance(medium, hit.t) * transmittance(medium_across, link.distance);
     let contribution = ray.throughput * through * connection.light * (weight * selection.inv_density);
     if !any(contribution != vec3f(0.0)) {
         return;

@@ -3,6 +3,7 @@
 #import lib/camera
 #import lib/emission
 #import lib/light
+#import lib/medium
 #import lib/mis
 #import lib/subpath
 #if subspaces
@@ -85,13 +86,14 @@ fn link_to(point: SurfacePoint, vertex: LightVertex, kind: u32) -> Link {
 /// A connection but for visibility and for what its eye path carries.
 struct Connection {
     link: Link,
-    /// The light's weight, both BSDFs and the geometry between.
+    /// The light's weight, both BSDFs, and the geometry and absorption between.
     light: vec3f,
     /// Share of this strategy.
     weight: f32,
 }
 
-/// An eye vertex's part in weights by subspaces: its `shares_in` and `eye_labels`.
+/// An eye vertex's part in weights by subspaces: its `shares_in`, what the last segment absorbs included, and
+/// `eye_labels`.
 struct EyeShares {
     share: vec4f,
     labels: vec2u,
@@ -133,10 +135,12 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
         let survives = survival(surface);
         if at_eye {
             f_eye = value.f;
-            // Nothing to do at the light's end where nothing passes here.
-            light *= select(vec3f(0.0), vec3f(1.0), f_eye > vec3f(0.0));
             pdf_light = value.pdf_solid * survives * link.to_light;
             eye_step = arrival_step(arrival, value.pdf_back_solid * survives, false);
+            if !any((light > vec3f(0.0)) & (f_eye > vec3f(0.0))) {
+                // Nothing to do at the light's end.
+                break;
+            }
         } else {
             light *= value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
@@ -144,6 +148,11 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
             light_step = mis_step(vertex.ratio, pdf_back, vertex.edge, vertex.pdf_area);
         }
     }
+    var medium = medium_towards(eye_point, link.direction);
+    if kind == 0u {
+        medium = medium_between(medium, link.light_point, -link.direction);
+    }
+    light *= transmittance(medium, link.distance);
     let geometry = abs(dot(link.direction, eye_point.world_ng)) * link.to_light;
     connection.light = light * f_eye * geometry;
 #if subspaces

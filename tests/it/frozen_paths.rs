@@ -1,11 +1,12 @@
 //! Partition of unity (C-06, N-11): the weights that the kernels' own functions give to every strategy of a frozen
 //! path, against the judge's, which come from the definitions.
 
+use glam::DVec4;
 use halfway::accel::Accel;
+use halfway::device::Kernel;
 use halfway::device::layout::{Batch, Light};
 use halfway::device::scene::DeviceScene;
 use halfway::device::shader::stitch_text;
-use halfway::device::{BufferTable, Kernel};
 use halfway::math::equal_area::sphere_to_square;
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
@@ -16,227 +17,53 @@ use crate::reference::bidirectional::{Options, trace_full_paths};
 use crate::reference::path_space::{FullPath, LightEnd, PathSpace, SurfaceVertex, weights};
 
 /// Vertices that a frozen path may have beside the camera.
-const VERTICES: usize = 8;
-const RESOLUTION: [u32; 2] = [32, 32];
-const LIGHT_PATHS: f32 = 700.0;
+pub const VERTICES: usize = 8;
+pub const RESOLUTION: [u32; 2] = [32, 32];
+pub const LIGHT_PATHS: f32 = 700.0;
 const CONNECTION_DENSITY: f32 = 0.4;
 
-/// Walks a path from both ends, as the kernels do but along given directions, and notes the weight of each strategy.
-const KERNEL: &str = "
-#import bind/accel
-#import lib/strategies
+const KERNEL: &str = include_str!("frozen_paths.wgsl");
+/// Has the one piece of the recursion that is in no library.
+const EYE_SHADE: &str = include_str!("../../shaders/eye_shade.wgsl");
 
-struct Frozen {
-    direction: vec3f,
-    /// Number of edges.
-    n: u32,
-    /// LIGHT_* and index into `lights`.
-    kind: u32,
-    light: u32,
-    pad0: u32,
-    pad1: u32,
-    vertices: array<vec4u, 8>,
+/// What the kernel says of a path.
+pub struct Found {
+    /// By strategy, t = 1 first.
+    pub weights: [f32; 10],
+    /// Position and geometric normal of x_1 .. x_n in unit space.
+    pub points: [[[f32; 4]; 2]; VERTICES],
 }
 
-@group(2) @binding(10) var<storage, read> frozen: array<Frozen>;
-@group(2) @binding(11) var<storage, read_write> weights: array<f32>;
-
-struct Step {
-    pdf_solid: f32,
-    next: SubPath,
+/// [`KERNEL`] with the step of the eye's shares.
+fn kernel() -> String {
+    let start = EYE_SHADE.find("    let is_delta = ").expect("the step begins");
+    let length = EYE_SHADE[start..].find("#endif").expect("the step ends");
+    KERNEL.replace("EYE_SHADE", &EYE_SHADE[start..start + length])
 }
-
-fn is_delta(point: SurfacePoint) -> bool {
-    return (materials[point.material].flags & MATERIAL_DELTA) != 0u;
-}
-
-/// Where a ray starts is off the surface by a little, so its direction is too, most of all on short edges: weights must
-/// follow from the positions alone.
-fn arrive_turned(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> Arrival {
-    var turned = direction;
-    if (previous.flags & SUBPATH_INFINITE) == 0u {
-        turned = normalize(direction + 0x1p-7 * point.world_ng.yzx);
-    }
-    return arrive(point, turned, pdf_solid, previous);
-}
-
-fn step_along(point: SurfacePoint, arrival: Arrival, direction: vec3f, from_eye: bool) -> Step {
-    let surface = point_surface(point);
-    let frame = point_frame(point);
-    let survives = survival(surface);
-    if is_delta(point) {
-        let reflects = (dot(direction, point.world_ng) > 0.0) == (dot(arrival.world_from, point.world_ng) > 0.0);
-        let u = vec3f(0.5, 0.5, select(0.99999994, 0.0, reflects));
-        let event = shading_sample_direction(surface, frame, arrival.world_from, u, from_eye).pdf_solid * survives;
-        return Step(
-            event * delta_measure(surface, frame, direction),
-            depart(point, arrival, true, event * delta_measure(surface, frame, arrival.world_from)),
-        );
-    }
-    let value = shading_evaluate(surface, frame, arrival.world_from, direction, from_eye);
-    return Step(value.pdf_solid * survives, depart(point, arrival, false, value.pdf_back_solid * survives));
-}
-
-fn point_at(path: u32, i: u32) -> SurfacePoint {
-    let vertex = frozen[path].vertices[i - 1u];
-    return surface_point(vertex.x, bitcast<f32>(vertex.y), bitcast<f32>(vertex.z));
-}
-
-/// Unit direction from x_i to x_{i+1}.
-fn direction_from(path: u32, i: u32) -> vec3f {
-    let at_end = i + 1u == frozen[path].n;
-    if at_end && frozen[path].kind != LIGHT_TRIANGLE {
-#if punctual_lights
-        if frozen[path].kind == LIGHT_POINT || frozen[path].kind == LIGHT_SPOT {
-            let light = punctual_lights[lights[frozen[path].light].index];
-            return normalize(light.position - point_at(path, i).position);
-        }
-#endif
-        return frozen[path].direction;
-    }
-    return normalize(point_at(path, i + 1u).position - point_at(path, i).position);
-}
-
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    let path = id.x;
-    if path >= arrayLength(&frozen) {
-        return;
-    }
-    let n = frozen[path].n;
-    let kind = frozen[path].kind;
-    let light = frozen[path].light;
-    let first = path * 10u - 1u;
-
-    // From the light: vertices x_n .. x_1.
-    var light_side: array<LightVertex, 9>;
-    let infinite = kind == LIGHT_ENVIRONMENT || kind == LIGHT_DIRECTIONAL;
-    let is_triangle = kind == LIGHT_TRIANGLE;
-    let ratio = select(0.0, 1.0, is_triangle || kind == LIGHT_ENVIRONMENT);
-    let towards_light = direction_from(path, n - 1u);
-    var position: vec3f;
-    var normal: vec3f;
-    var pdf_light = lights[light].pdf_select;
-    var pdf_solid = disk_pdf_area();
-    var end: LightVertex;
-    if is_triangle {
-        let point = point_at(path, n);
-        position = point.position;
-        normal = point.world_ng;
-        pdf_light /= point.area;
-        pdf_solid = emission_pdf_solid(point, -towards_light);
-        end.b1 = bitcast<f32>(frozen[path].vertices[n - 1u].y);
-        end.b2 = bitcast<f32>(frozen[path].vertices[n - 1u].z);
-    }
-#if environment
-    if kind == LIGHT_ENVIRONMENT {
-        pdf_light = environment_pdf_solid(towards_light);
-    }
-#endif
-#if punctual_lights
-    if kind == LIGHT_POINT || kind == LIGHT_SPOT {
-        position = punctual_lights[lights[light].index].position;
-        pdf_solid = uniform_cone_pdf_solid(emission_cone(punctual_lights[lights[light].index], kind == LIGHT_SPOT));
-    }
-#endif
-    end.weight = vec3f(1.0);
-    end.index = lights[light].index;
-    if is_triangle {
-        end.index = frozen[path].vertices[n - 1u].x;
-    }
-    end.world_from = towards_light;
-    end.depth_kind = (kind + 1u) << 16u;
-    end.pdf_area = pdf_light;
-    end.ratio = ratio;
-    light_side[n] = end;
-    var previous = SubPath(position, ratio / pdf_light, normal, select(0u, SUBPATH_INFINITE, infinite));
-    var direction = -towards_light;
-    for (var i = n - 1u; i >= 1u; i--) {
-        let point = point_at(path, i);
-        let arrival = arrive_turned(point, direction, pdf_solid, previous);
-        var vertex: LightVertex;
-        vertex.weight = vec3f(1.0);
-        vertex.index = frozen[path].vertices[i - 1u].x;
-        vertex.b1 = bitcast<f32>(frozen[path].vertices[i - 1u].y);
-        vertex.b2 = bitcast<f32>(frozen[path].vertices[i - 1u].z);
-        vertex.world_from = arrival.world_from;
-        vertex.depth_kind = n - i;
-        vertex.pdf_area = arrival.pdf_area;
-        vertex.ratio = arrival.ratio;
-        vertex.to_previous = arrival.to_previous;
-        vertex.edge = arrival.edge;
-        light_side[i] = vertex;
-        if i == 1u {
-            if n > 1u && !is_delta(point) {
-                weights[first + 1u] = connect_camera(point, arrival, camera_view(point.position)).weight;
-            }
-        } else {
-            direction = -direction_from(path, i - 1u);
-            let step = step_along(point, arrival, direction, false);
-            pdf_solid = step.pdf_solid;
-            previous = step.next;
-        }
-    }
-
-    // From the eye: vertices x_1 .. x_n.
-    direction = normalize(point_at(path, 1u).position - camera.origin);
-    if n == 1u && !is_triangle {
-        direction = frozen[path].direction;
-    }
-    pdf_solid = camera_pdf(direction);
-    previous = SubPath(camera.origin, 0.0, vec3f(0.0), SUBPATH_CAMERA);
-    for (var i = 1u; i < n; i++) {
-        let point = point_at(path, i);
-        let arrival = arrive_turned(point, direction, pdf_solid, previous);
-        if !is_delta(point) {
-            var connects = true;
-            if i + 1u < n {
-                connects = !is_delta(point_at(path, i + 1u));
-            }
-            if connects {
-                weights[first + i + 1u] = connect(point, arrival, EyeShares(), light_side[i + 1u]).weight;
-            }
-        }
-        direction = direction_from(path, i);
-        let step = step_along(point, arrival, direction, true);
-        pdf_solid = step.pdf_solid;
-        previous = step.next;
-    }
-#if area_lights
-    if is_triangle {
-        let point = point_at(path, n);
-        weights[first + n + 1u] = emitter_weight(point, arrive_turned(point, direction, pdf_solid, previous), EyeShares(), light);
-    }
-#endif
-#if environment
-    if kind == LIGHT_ENVIRONMENT {
-        weights[first + n + 1u] = environment_weight(previous, EyeShares(), direction, pdf_solid);
-    }
-#endif
-}
-";
 
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Frozen {
+pub struct Frozen {
     direction: [f32; 3],
     n: u32,
     kind: u32,
-    light: u32,
+    /// Index in the device's list of lights.
+    pub light: u32,
     pad: [u32; 2],
-    vertices: [[u32; 4]; VERTICES],
+    /// Triangle and barycentrics b1, b2.
+    pub vertices: [[u32; 4]; VERTICES],
 }
 
 /// A scene on the device, beside the judge with the device's own probabilities.
-struct Bench<'a> {
-    accel: Accel,
-    device: DeviceScene,
-    lights: Vec<Light>,
-    space: PathSpace<'a>,
+pub struct Bench<'a> {
+    pub accel: Accel,
+    pub device: DeviceScene,
+    pub lights: Vec<Light>,
+    pub space: PathSpace<'a>,
 }
 
 impl<'a> Bench<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    pub fn new(scene: &'a Scene) -> Self {
         let context = gpu::context();
         let accel = Accel::build(scene).expect("a tree");
         let device =
@@ -265,11 +92,17 @@ impl<'a> Bench<'a> {
                     let bytes = (size * size) as u64 * 16;
                     let texels = device.buffers.read(context, "environment_texels", bytes).expect("texels");
                     let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&texels);
-                    space.picks.environment_pdf_solid = Some(Box::new(move |direction| {
+                    let texel = move |direction| {
                         let square = sphere_to_square(direction) * size;
                         let at = square.min(glam::DVec2::splat(size - 1.0)).floor();
-                        let texel = texels[(at.y * size + at.x) as usize];
-                        f64::from(texel[3]) * size * size / (4.0 * std::f64::consts::PI)
+                        texels[(at.y * size + at.x) as usize].map(f64::from)
+                    };
+                    let radiance = texel.clone();
+                    let scale = f64::from(device.radiance_exponent).exp2();
+                    space.sky_radiance =
+                        Some(Box::new(move |direction| scale * DVec4::from(radiance(direction)).truncate()));
+                    space.picks.environment_pdf_solid = Some(Box::new(move |direction| {
+                        texel(direction)[3] * size * size / (4.0 * std::f64::consts::PI)
                     }));
                 }
                 _ => space.picks.punctual[light.index as usize] = pdf_select,
@@ -278,7 +111,7 @@ impl<'a> Bench<'a> {
         Self { accel, device, lights, space }
     }
 
-    fn freeze(&self, path: &FullPath) -> Frozen {
+    pub fn freeze(&self, path: &FullPath) -> Frozen {
         let vertex = |vertex: &SurfaceVertex| {
             let (mesh, triangle) = vertex.scene_triangle;
             let found = self
@@ -323,65 +156,99 @@ impl<'a> Bench<'a> {
         frozen
     }
 
-    /// Weights by path, t = 1 first.
-    fn kernel_weights(&mut self, frozen: &[Frozen]) -> Vec<[f32; 10]> {
+    /// What the kernel finds for each path, with light tracing by so many light paths. `extra`: one more feature, with
+    /// its constants and its buffers.
+    pub fn kernel_finds(
+        &mut self,
+        frozen: &[Frozen],
+        light_paths: f32,
+        extra: Option<(&'static str, &[(&'static str, f64)])>,
+    ) -> Vec<Found> {
         let context = gpu::context();
         let mut features = self.device.kernel_features();
         features.insert("bidirectional");
-        let stitched = stitch_text("frozen paths", KERNEL, &features).expect("directives");
-        let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &self.device.constants)
-            .expect("a kernel");
+        let mut constants = self.device.constants.clone();
+        // Of connections by subspaces the batch knows nothing.
+        let mut connection_density = CONNECTION_DENSITY;
+        if let Some((feature, more)) = extra {
+            features.insert(feature);
+            constants.extend(more);
+            connection_density = 0.0;
+        }
+        let stitched = stitch_text("frozen paths", &kernel(), &features).expect("directives");
+        let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &constants).expect("a kernel");
         let camera = self.device.camera(&self.space.view, RESOLUTION[0], RESOLUTION[1]);
-        let mut buffers = std::mem::take(&mut self.device.buffers);
+        let buffers = &mut self.device.buffers;
         let batch = Batch {
             width: RESOLUTION[0],
             height: RESOLUTION[1],
             crop_width: RESOLUTION[0],
             crop_height: RESOLUTION[1],
             light_path_count: 1,
-            connection_density: CONNECTION_DENSITY,
-            camera_paths: LIGHT_PATHS,
+            connection_density,
+            camera_paths: light_paths,
             ..Batch::default()
         };
         buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
         buffers.upload_uniform(context, "camera", &[camera]).expect("upload");
         buffers.upload(context, "frozen", frozen).expect("upload");
-        buffers.create(context, "weights", frozen.len() as u64 * 40).expect("create");
-        self.run(&kernel, &buffers, frozen.len())
-    }
-
-    fn run(&self, kernel: &Kernel, buffers: &BufferTable, paths: usize) -> Vec<[f32; 10]> {
-        let context = gpu::context();
+        let count = frozen.len() as u64;
+        let (weights, points) = (count * 40, count * 32 * VERTICES as u64);
+        buffers.create(context, "weights", weights).expect("create");
+        buffers.create(context, "points", points).expect("create");
+        buffers.create(context, "shares_out", count * 16).expect("create");
         let bound = kernel.bind(context, buffers).expect("all buffers named");
         let mut encoder = context.device.create_command_encoder(&Default::default());
-        bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), paths as u32);
+        bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), frozen.len() as u32);
         context.queue.submit([encoder.finish()]);
-        let bytes = buffers.read(context, "weights", paths as u64 * 40).expect("read");
-        bytemuck::pod_collect_to_vec(&bytes)
+        let read = |name: &str, bytes: u64| buffers.read(context, name, bytes).expect("read");
+        let weights: Vec<[f32; 10]> = bytemuck::pod_collect_to_vec(&read("weights", weights));
+        let points: Vec<[[[f32; 4]; 2]; VERTICES]> = bytemuck::pod_collect_to_vec(&read("points", points));
+        weights.into_iter().zip(points).map(|(weights, points)| Found { weights, points }).collect()
     }
+}
+
+/// Paths of the scene, as many as the judge finds with so many samples.
+pub fn find_paths(scene: &Scene, samples: u32) -> Vec<FullPath> {
+    let options =
+        Options { resolution: RESOLUTION, samples, max_scatterings: VERTICES - 2, ..Options::default() };
+    // The judge's own choice of lights finds the paths; the device's is in the densities.
+    let mut paths = trace_full_paths(&PathSpace::new(scene, &scene.cameras[0], RESOLUTION), &options);
+    paths.retain(|path| path.edges() < VERTICES);
+    paths
 }
 
 /// A scene, how many samples the judge takes to find paths in it, and how many of its weights may be off by more than
 /// 1e-4: positions are f32 in the kernels, and grazing cosines on short edges or narrow lobes have few digits left.
 #[track_caller]
 fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
-    let name = &scene.name;
     let mut bench = Bench::new(scene);
-    let options =
-        Options { resolution: RESOLUTION, samples, max_scatterings: VERTICES - 2, ..Options::default() };
-    // The judge's own choice of lights finds the paths; the device's is in the densities.
-    let mut paths = trace_full_paths(&PathSpace::new(scene, &scene.cameras[0], RESOLUTION), &options);
-    paths.retain(|path| path.edges() < VERTICES);
+    let paths = find_paths(scene, samples);
     let frozen: Vec<Frozen> = paths.iter().map(|path| bench.freeze(path)).collect();
-    let found = bench.kernel_weights(&frozen);
+    let found = bench.kernel_finds(&frozen, LIGHT_PATHS, None);
+    let expected = |index: usize| {
+        let density = |_: usize, _: &FullPath| f64::from(CONNECTION_DENSITY);
+        weights(&bench.space.strategies(&paths[index], density, f64::from(LIGHT_PATHS)))
+    };
+    assert_same_weights(&scene.name, &paths, &found, expected, may_differ);
+}
 
+/// Every weight, and every sum of one.
+#[track_caller]
+pub fn assert_same_weights(
+    name: &str,
+    paths: &[FullPath],
+    found: &[Found],
+    expected: impl Fn(usize) -> Vec<f64>,
+    may_differ: f64,
+) {
     let (mut checked, mut off, mut worst, mut worst_sum) = (0usize, 0usize, 0.0f64, 0.0f64);
     let mut lengths = [0usize; VERTICES + 1];
-    for (path, found) in paths.iter().zip(&found) {
-        let strategies =
-            bench.space.strategies(path, |_, _| f64::from(CONNECTION_DENSITY), f64::from(LIGHT_PATHS));
-        let expected = weights(&strategies);
-        let found: Vec<f64> = found[..expected.len()].iter().map(|&weight| f64::from(weight)).collect();
+    let mut differences = Vec::new();
+    for (index, (path, found)) in paths.iter().zip(found).enumerate() {
+        let expected = expected(index);
+        let found: Vec<f64> =
+            found.weights[..expected.len()].iter().map(|&weight| f64::from(weight)).collect();
         assert!(found.iter().all(|weight| weight.is_finite()), "{name}: {found:?}, {path:?}");
         lengths[path.edges()] += 1;
         let sum: f64 = found.iter().sum();
@@ -395,11 +262,14 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
         worst = worst.max(difference);
         checked += 1;
         off += usize::from(difference > 1e-4);
+        differences.push(difference);
     }
+    differences.sort_by(f64::total_cmp);
     let share = off as f64 / checked as f64;
     println!(
-        "{name}: {checked} paths (by edges {lengths:?}); largest difference {worst:.1e}, of a sum from one \
-         {worst_sum:.1e}; {share:.5} differ by more than 1e-4"
+        "{name}: {checked} paths (by edges {lengths:?}); median difference {:.1e}, largest {worst:.1e}, of a sum from \
+         one {worst_sum:.1e}; {share:.5} differ by more than 1e-4",
+        differences[checked / 2]
     );
     assert!(checked >= 1000, "{name}: too few paths");
     assert!(share <= may_differ, "{name}: {share} of the weights differ");

@@ -173,7 +173,12 @@ pub struct PathSpace<'a> {
     /// The disc that paths from infinitely far lights start on turns about `centre` and covers the scene.
     pub centre: DVec3,
     pub disc_radius: f64,
+    /// Radiance of the environment, where it is not the judge's own.
+    pub sky_radiance: Option<Radiance>,
 }
+
+/// Radiance from a direction.
+pub type Radiance = Box<dyn Fn(DVec3) -> DVec3 + Send + Sync>;
 
 impl<'a> PathSpace<'a> {
     pub fn new(scene: &'a Scene, view: &Camera, resolution: [u32; 2]) -> Self {
@@ -186,7 +191,7 @@ impl<'a> PathSpace<'a> {
         let picks = Picks::equal_shares(&world);
         // A hair more than the farthest corner, which must not be at the disc's rounded edge.
         let disc_radius = 1.000_001 * radius;
-        Self { world, view: view.clone(), resolution, picks, centre, disc_radius }
+        Self { world, view: view.clone(), resolution, picks, centre, disc_radius, sky_radiance: None }
     }
 
     /// f: light per pixel (the mean over a pixel's area) and measure of paths, visibility, opacity and absorption
@@ -214,6 +219,12 @@ impl<'a> PathSpace<'a> {
         light_paths: f64,
     ) -> Vec<Strategy> {
         self.densities(path).strategies(|edge| connections(edge, path), light_paths)
+    }
+
+    /// ln |f_y| of the light sub-paths x_n .. x_i, i = 1 .. n, where |.| is the sum of the channels: all that light goes
+    /// through on its way to x_i, absorption and the opacity of its source included. (Index 0 holds 0.)
+    pub fn ln_light(&self, path: &FullPath) -> Vec<f64> {
+        self.resolve(path).ln_light(self)
     }
 
     pub(super) fn resolve(&self, path: &FullPath) -> Path<'a> {
@@ -328,9 +339,11 @@ impl Path<'_> {
         let (direction, _) = self.segments[self.edges() - 1];
         match &self.end {
             End::Emitter(point) => point.emitted(-direction),
-            End::Environment(direction) => {
-                space.world.lights.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.radiance(*direction))
-            }
+            End::Environment(direction) => match (&space.sky_radiance, &space.world.lights.sky) {
+                (Some(radiance), _) => radiance(*direction),
+                (None, Some(sky)) => sky.radiance(*direction),
+                (None, None) => DVec3::ZERO,
+            },
             // Without surfaces the light is seen directly: it has no size.
             End::Punctual(index) => self
                 .points
@@ -355,6 +368,29 @@ impl Path<'_> {
             f = f.times(transmittance(self.medium(edge), self.segments[edge].1));
         }
         f.times(DVec3::splat(self.camera_pdf(space)))
+    }
+
+    fn ln_light(&self, space: &PathSpace) -> Vec<f64> {
+        let n = self.edges();
+        let magnitude = |f: &Scaled| f.color.element_sum().ln() + f.ln_scale;
+        let mut found = vec![0.0; n + 1];
+        let there = DVec3::splat(self.end_opacity(space));
+        let mut f = Scaled::ONE.times(self.emitted(space)).times(there);
+        found[n] = match &self.end {
+            // Before any direction, distance and falloff.
+            End::Punctual(index) => space.world.scene.lights[*index].intensity.as_dvec3().element_sum().ln(),
+            _ => magnitude(&f),
+        };
+        for i in (1..n).rev() {
+            let (point, to_light) = (&self.points[i - 1], self.segments[i].0);
+            let cos = point.world_ng.dot(to_light).abs();
+            f = f
+                .times(DVec3::splat(self.per_area(i, i + 1) * cos))
+                .times(transmittance(self.medium(i), self.segments[i].1));
+            found[i] = magnitude(&f);
+            f = f.times(scattered(point, -self.segments[i - 1].0, to_light) / cos);
+        }
+        found
     }
 
     /// Share of light that passes along an edge.

@@ -1,0 +1,268 @@
+// Walks a path from both ends, as the kernels do but along given directions, and notes the weight of each strategy.
+
+#import bind/accel
+#import lib/medium
+#import lib/strategies
+
+struct Frozen {
+    direction: vec3f,
+    /// Number of edges.
+    n: u32,
+    /// LIGHT_* and index into `lights`.
+    kind: u32,
+    light: u32,
+    pad0: u32,
+    pad1: u32,
+    vertices: array<vec4u, 8>,
+}
+
+@group(2) @binding(10) var<storage, read> frozen: array<Frozen>;
+@group(2) @binding(11) var<storage, read_write> weights: array<f32>;
+/// Position and geometric normal of each vertex, as the kernels have them: what they are classified by.
+@group(2) @binding(12) var<storage, read_write> points: array<vec4f>;
+
+struct Step {
+    pdf_solid: f32,
+    next: SubPath,
+    /// f |cos| / density.
+    weight: vec3f,
+}
+
+fn is_delta(point: SurfacePoint) -> bool {
+    return (materials[point.material].flags & MATERIAL_DELTA) != 0u;
+}
+
+/// Where a ray starts is off the surface by a little, so its direction is too, most of all on short edges: weights must
+/// follow from the positions alone.
+fn arrive_turned(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> Arrival {
+    var turned = direction;
+    if (previous.flags & SUBPATH_INFINITE) == 0u {
+        turned = normalize(direction + 0x1p-7 * point.world_ng.yzx);
+    }
+    return arrive(point, turned, pdf_solid, previous);
+}
+
+fn step_along(point: SurfacePoint, arrival: Arrival, direction: vec3f, from_eye: bool) -> Step {
+    let surface = point_surface(point);
+    let frame = point_frame(point);
+    let survives = survival(surface);
+    if is_delta(point) {
+        let reflects = (dot(direction, point.world_ng) > 0.0) == (dot(arrival.world_from, point.world_ng) > 0.0);
+        let u = vec3f(0.5, 0.5, select(0.99999994, 0.0, reflects));
+        let sample = shading_sample_direction(surface, frame, arrival.world_from, u, from_eye);
+        let event = sample.pdf_solid * survives;
+        return Step(
+            event * delta_measure(surface, frame, direction),
+            depart(point, arrival, true, event * delta_measure(surface, frame, arrival.world_from)),
+            sample.weight / survives,
+        );
+    }
+    let value = shading_evaluate(surface, frame, arrival.world_from, direction, from_eye);
+    return Step(
+        value.pdf_solid * survives,
+        depart(point, arrival, false, value.pdf_back_solid * survives),
+        value.f * (abs(dot(direction, point.world_ng)) / value.pdf_solid / survives),
+    );
+}
+
+fn point_at(path: u32, i: u32) -> SurfacePoint {
+    let vertex = frozen[path].vertices[i - 1u];
+    return surface_point(vertex.x, bitcast<f32>(vertex.y), bitcast<f32>(vertex.z));
+}
+
+/// Unit direction from x_i to x_{i+1}.
+fn direction_from(path: u32, i: u32) -> vec3f {
+    let at_end = i + 1u == frozen[path].n;
+    if at_end && frozen[path].kind != LIGHT_TRIANGLE {
+#if punctual_lights
+        if frozen[path].kind == LIGHT_POINT || frozen[path].kind == LIGHT_SPOT {
+            let light = punctual_lights[lights[frozen[path].light].index];
+            return normalize(light.position - point_at(path, i).position);
+        }
+#endif
+        return frozen[path].direction;
+    }
+    return normalize(point_at(path, i + 1u).position - point_at(path, i).position);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let path = id.x;
+    if path >= arrayLength(&frozen) {
+        return;
+    }
+    let n = frozen[path].n;
+    let kind = frozen[path].kind;
+    let light = frozen[path].light;
+    let first = path * 10u - 1u;
+
+    // From the light: vertices x_n .. x_1.
+    var light_side: array<LightVertex, 9>;
+    let infinite = kind == LIGHT_ENVIRONMENT || kind == LIGHT_DIRECTIONAL;
+    let is_triangle = kind == LIGHT_TRIANGLE;
+    let ratio = select(0.0, 1.0, is_triangle || kind == LIGHT_ENVIRONMENT);
+    let towards_light = direction_from(path, n - 1u);
+    var position: vec3f;
+    var normal: vec3f;
+    var pdf_light = lights[light].pdf_select;
+    var pdf_solid = disk_pdf_area();
+    // The light's vertex: radiance, intensity or irradiance over its density, and what a ray from there carries.
+    var emitted = vec3f(0.0);
+    var carried = 1.0;
+    var at = vec2f(0.0);
+    var end: LightVertex;
+#if area_lights
+    if is_triangle {
+        let point = point_at(path, n);
+        position = point.position;
+        normal = point.world_ng;
+        pdf_light /= point.area;
+        pdf_solid = emission_pdf_solid(point, -towards_light);
+        end.b1 = bitcast<f32>(frozen[path].vertices[n - 1u].y);
+        end.b2 = bitcast<f32>(frozen[path].vertices[n - 1u].z);
+        at = point.b.yz;
+        emitted = point_emission(point, -towards_light) * point_presence(point);
+        carried = PI * emitting_sides(point);
+        points[path * 16u + 2u * (n - 1u)] = vec4f(point.position, 0.0);
+        points[path * 16u + 2u * (n - 1u) + 1u] = vec4f(point.world_ng, 0.0);
+    }
+#endif
+#if environment
+    if kind == LIGHT_ENVIRONMENT {
+        pdf_light = environment_pdf_solid(towards_light);
+        emitted = environment_radiance(towards_light);
+        carried = 1.0 / disk_pdf_area();
+        at = sphere_to_square(towards_light);
+    }
+#endif
+#if punctual_lights
+    if kind > LIGHT_ENVIRONMENT {
+        emitted = punctual_lights[lights[light].index].intensity;
+        carried = 1.0 / disk_pdf_area();
+    }
+    if kind == LIGHT_POINT || kind == LIGHT_SPOT {
+        let punctual = punctual_lights[lights[light].index];
+        position = punctual.position;
+        pdf_solid = uniform_cone_pdf_solid(emission_cone(punctual, kind == LIGHT_SPOT));
+        carried = emission_falloff(punctual, -towards_light, kind == LIGHT_SPOT) / pdf_solid;
+    }
+#endif
+    end.weight = emitted / pdf_light;
+    var throughput = end.weight * carried;
+    end.index = lights[light].index;
+    if is_triangle {
+        end.index = frozen[path].vertices[n - 1u].x;
+    }
+    end.world_from = towards_light;
+    end.depth_kind = (kind + 1u) << 16u;
+    end.pdf_area = pdf_light;
+    end.ratio = ratio;
+#if subspaces
+    let source = source_label(light, at);
+    end.number_label = source << 16u;
+    var share = light_share(end.weight, source);
+#endif
+    light_side[n] = end;
+    var medium = 0u;
+    var previous = SubPath(position, ratio / pdf_light, normal, select(0u, SUBPATH_INFINITE, infinite));
+    var direction = -towards_light;
+    for (var i = n - 1u; i >= 1u; i--) {
+        let point = point_at(path, i);
+        points[path * 16u + 2u * (i - 1u)] = vec4f(point.position, 0.0);
+        points[path * 16u + 2u * (i - 1u) + 1u] = vec4f(point.world_ng, 0.0);
+        var arrival = arrive_turned(point, direction, pdf_solid, previous);
+        let crossed = select(distance(point.position, previous.position), 0.0, infinite && i == n - 1u);
+        throughput *= transmittance(medium_between(medium, point, arrival.world_from), crossed);
+        var vertex: LightVertex;
+#if subspaces
+        arrival.edge = light_edge(point, arrival.world_from, share);
+        let label = vertex_label(TREE_LIGHT, point, arrival.world_from);
+        vertex.number_label = label << 16u;
+#endif
+        vertex.weight = throughput;
+        vertex.index = frozen[path].vertices[i - 1u].x;
+        vertex.b1 = bitcast<f32>(frozen[path].vertices[i - 1u].y);
+        vertex.b2 = bitcast<f32>(frozen[path].vertices[i - 1u].z);
+        vertex.world_from = arrival.world_from;
+        vertex.depth_kind = n - i;
+        vertex.pdf_area = arrival.pdf_area;
+        vertex.ratio = arrival.ratio;
+        vertex.to_previous = arrival.to_previous;
+        vertex.edge = arrival.edge;
+        light_side[i] = vertex;
+        if i == 1u {
+            if batch.camera_paths > 0.0 && !is_delta(point) {
+                weights[first + 1u] = connect_camera(point, arrival, camera_view(point.position)).weight;
+            }
+        } else {
+            direction = -direction_from(path, i - 1u);
+            let step = step_along(point, arrival, direction, false);
+            pdf_solid = step.pdf_solid;
+            previous = step.next;
+            medium = medium_towards(point, direction);
+#if subspaces
+            share = light_share(select(throughput, vec3f(0.0), is_delta(point)), label);
+#endif
+            throughput *= step.weight;
+        }
+    }
+
+    // From the eye: vertices x_1 .. x_n.
+    direction = normalize(point_at(path, 1u).position - camera.origin);
+    if n == 1u && !is_triangle {
+        direction = frozen[path].direction;
+    }
+    pdf_solid = camera_pdf(direction);
+    previous = SubPath(camera.origin, 0.0, vec3f(0.0), SUBPATH_CAMERA);
+    var shares: EyeShares;
+    var medium_before = 0u;
+    for (var i = 1u; i < n; i++) {
+        let point = point_at(path, i);
+        let arrival = arrive_turned(point, direction, pdf_solid, previous);
+        let medium_here = medium_between(medium_before, point, arrival.world_from);
+        let through = transmittance(medium_here, distance(point.position, previous.position));
+        shares.share = vec4f(shares.share.rgb * through, shares.share.w);
+        medium_before = medium_towards(point, direction_from(path, i));
+#if subspaces
+        let world_from = arrival.world_from;
+        shares.labels =
+            vec2u(vertex_label(TREE_EYE, point, world_from), vertex_label(TREE_LIGHT, point, world_from));
+#endif
+        if !is_delta(point) {
+            var connects = true;
+            if i + 1u < n {
+                connects = !is_delta(point_at(path, i + 1u));
+            }
+            if connects {
+                weights[first + i + 1u] = connect(point, arrival, shares, light_side[i + 1u]).weight;
+            }
+        }
+        direction = direction_from(path, i);
+        let step = step_along(point, arrival, direction, true);
+#if subspaces
+        let departure = Departure(true, direction, step.pdf_solid, step.weight, step.next);
+        let slot = path;
+        {
+EYE_SHADE
+        }
+        shares.share = shares_out[slot];
+#endif
+        pdf_solid = step.pdf_solid;
+        previous = step.next;
+    }
+#if area_lights
+    if is_triangle {
+        let point = point_at(path, n);
+        let arrival = arrive_turned(point, direction, pdf_solid, previous);
+        let medium_here = medium_between(medium_before, point, arrival.world_from);
+        let through = transmittance(medium_here, distance(point.position, previous.position));
+        shares.share = vec4f(shares.share.rgb * through, shares.share.w);
+        weights[first + n + 1u] = emitter_weight(point, arrival, shares, light);
+    }
+#endif
+#if environment
+    if kind == LIGHT_ENVIRONMENT {
+        weights[first + n + 1u] = environment_weight(previous, shares, direction, pdf_solid);
+    }
+#endif
+}
