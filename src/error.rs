@@ -250,6 +250,10 @@ pub enum RenderError {
         "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
     )]
     TooManyPixels { width: u32, height: u32 },
+    #[error(
+        "interrupted while it learnt, so there is nothing to save yet; start it again, or ask for fewer --train-paths"
+    )]
+    Interrupted,
     /// Comparing the picture with a reference.
     #[error(transparent)]
     Film(#[from] FilmError),

@@ -6,6 +6,8 @@ mod devices;
 mod efficiency;
 mod info;
 mod input;
+mod method;
+mod progress;
 mod render;
 mod strategies;
 
@@ -26,7 +28,7 @@ pub enum Exit {
     NoDevice = 4,
     /// Non-finite values were found.
     NonFinite = 5,
-    /// Interrupted, and saved.
+    /// Interrupted; what was rendered is saved.
     Interrupted = 130,
 }
 
@@ -81,6 +83,9 @@ pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
 /// The exit code that belongs to an error.
 pub fn exit_code(error: &anyhow::Error) -> Exit {
     use crate::error::{DeviceError, FilmError, RenderError, SceneError};
+    if let Some(RenderError::Interrupted) = error.downcast_ref() {
+        return Exit::Interrupted;
+    }
     let device = error.downcast_ref::<DeviceError>().or_else(|| match error.downcast_ref::<RenderError>() {
         Some(RenderError::Device(device)) => Some(device),
         _ => None,
