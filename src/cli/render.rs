@@ -1,6 +1,7 @@
 //! `halfway render`
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
@@ -12,6 +13,7 @@ use super::input::{
 };
 use super::method::MethodArgs;
 use super::progress::{self, Meter};
+use super::train::held_out_gain;
 use super::{Exit, strategies};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
@@ -19,6 +21,7 @@ use crate::film::{Attribute, Picture, exr, png, tev};
 use crate::integrator::{Method, Region};
 use crate::render::{Budget, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
+use crate::subspace::Model;
 
 /// Samples where no budget is given.
 const DEFAULT_SAMPLES: u32 = 64;
@@ -33,6 +36,9 @@ pub struct RenderArgs {
     output: Vec<PathBuf>,
     #[command(flatten)]
     method: MethodArgs,
+    /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces"])]
+    model: Option<PathBuf>,
     /// Samples a pixel (64 if no limit is given).
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
@@ -102,8 +108,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
 
     progress::install_interrupt();
     let context = open_device(&args.device, quiet)?;
-    let options = options(args, &scene, camera)?;
+    let mut options = options(args, &scene, camera)?;
     let scene_hash = scene.content_hash();
+    if let Some(path) = &args.model {
+        options.model = Some(load_model(path, scene_hash, options.method)?);
+    }
     let strategies = match args.strategies {
         Some(_) => strategies::list(options.method, options.max_depth)?,
         None => Vec::new(),
@@ -206,6 +215,24 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     })
 }
 
+fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Arc<Model>> {
+    let Method::SpcBpt { connections, .. } = method else {
+        return Err(InputError::Usage(
+            "--model is a setting of spcbpt; leave it out, or add --integrator spcbpt".into(),
+        )
+        .into());
+    };
+    let model = Model::load(path, scene_hash)?;
+    if model.settings.connections != connections {
+        // No error: unbiased all the same, only not the least noise.
+        log::info!(
+            "the model was trained for {} connections, this render has {connections}",
+            model.settings.connections
+        );
+    }
+    Ok(Arc::new(model))
+}
+
 fn say_what_is_missing(scene: &Scene) {
     if scene.triangle_count() == 0 {
         log::warn!("the scene has no triangles; only its environment, if any, will be seen");
@@ -271,20 +298,18 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
         report.compile_seconds
     );
     if let Some(training) = &report.training {
-        let losses = [0, training.best_step as usize].map(|step| training.losses.get(step)?.held_out);
-        let gain = match losses {
-            [Some(start), Some(best)] if start > 0.0 => {
-                format!(", held-out loss {:.3} of the start's", best / start)
-            }
-            _ => String::new(),
+        let gain = held_out_gain(training)
+            .map_or(String::new(), |gain| format!(", held-out loss {gain:.3} of the start's"));
+        let when = match options.model {
+            Some(_) => "learnt before".to_string(),
+            None => format!(
+                "learnt in {:.2} s ({:.2} s of them tracing)",
+                report.preprocessing_seconds, report.pretracing_seconds
+            ),
         };
         eprintln!(
-            "learnt in {:.2} s ({:.2} s of them tracing) from {} paths with {} connections: {} eye subspaces in use{gain}",
-            report.preprocessing_seconds,
-            report.pretracing_seconds,
-            training.counts.paths,
-            training.counts.nodes,
-            training.counts.learnt_rows,
+            "{when} from {} paths with {} connections: {} eye subspaces in use{gain}",
+            training.counts.paths, training.counts.nodes, training.counts.learnt_rows,
         );
     }
     if report.dropped_triangles > 0 {

@@ -15,7 +15,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use pretrace::{Learning, Trained, Training, train};
+pub use pretrace::{DEFAULT_TRAINING_PATHS, Learning, Trained, Training, train};
 pub use wavefront::{RayCounts, Region, Wavefront};
 
 /// How light is transported.
