@@ -13,7 +13,7 @@ use crate::device::layout::{FilmPixel, FirstHitPixel};
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Layer, Picture};
-use crate::integrator::{Integrator, Method, RayCounts, Region, Strategy, Training};
+use crate::integrator::{FirstSubspaces, Integrator, Method, RayCounts, Region, Strategy, Training};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
 
@@ -246,6 +246,14 @@ impl<'a> Renderer<'a> {
             picture.layers.extend(self.first_hit_layers());
         }
         Ok(picture)
+    }
+
+    /// As [`Integrator::first_subspaces`].
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn first_subspaces(&mut self) -> Result<Option<Vec<FirstSubspaces>>, RenderError> {
+        Ok(self.integrator.first_subspaces(self.context)?)
     }
 
     /// What was done so far.

@@ -2,6 +2,7 @@
 
 mod bench;
 mod compare;
+mod debug;
 mod devices;
 mod efficiency;
 mod info;

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context as _;
 use clap::Args;
 
+use super::debug::Debug;
 use super::input::{
     InputError, SceneArgs, check_folder, choose_camera, default_output, open_device, parse_crop,
     parse_duration, parse_size, picture_size,
@@ -76,6 +77,9 @@ pub struct RenderArgs {
     /// its weighted share and alone, with an overview of all; each takes the budget once more. Needs --max-depth.
     #[arg(long, value_name = "DIR")]
     strategies: Option<PathBuf>,
+    /// Also write pictures of what the method does, beside the first output.
+    #[arg(long, value_enum, value_name = "WHAT")]
+    debug: Option<Debug>,
     /// Write a report with times, memory, rays and features.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -109,6 +113,9 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     progress::install_interrupt();
     let context = open_device(&args.device, quiet)?;
     let mut options = options(args, &scene, camera)?;
+    if let Some(debug) = args.debug {
+        debug.check(options.method)?;
+    }
     let scene_hash = scene.content_hash();
     if let Some(path) = &args.model {
         options.model = Some(load_model(path, scene_hash, options.method)?);
@@ -164,6 +171,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     }
     for output in &outputs {
         println!("{}", output.display());
+    }
+    if let Some(debug) = args.debug {
+        for path in debug.write(&mut renderer, &outputs[0])? {
+            println!("{}", path.display());
+        }
     }
     if let Some(directory) = args.strategies.as_deref().filter(|_| stop != Stop::Interrupted) {
         strategies::write(&mut renderer, &options, &strategies, directory, args.view, progress::interrupted)?;
