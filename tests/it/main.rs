@@ -10,6 +10,7 @@ mod bsdf_f64;
 mod builtin;
 mod closed_forms;
 mod command;
+mod command_train;
 mod compare;
 mod degenerate;
 mod determinism;
