@@ -217,23 +217,48 @@ pub enum SubspaceError {
     #[error(transparent)]
     Write(#[from] FilmError),
     #[error(
-        "cannot read the model {path}: {source}; check that the file is there and readable, or train again"
+        "cannot read the model {path}: {source}; check that the file is there and readable, or train again (`halfway \
+         train`)"
     )]
     Read { path: PathBuf, source: std::io::Error },
-    #[error("{path} is no model of Halfway's subspaces; give a file that a training wrote, or train again")]
+    #[error(
+        "{path} is no model of Halfway's subspaces; give a file that `halfway train` wrote, or train again"
+    )]
     NotAModel { path: PathBuf },
     #[error(
-        "the model {path} has version {found} of the format, this program reads version {expected}; train again"
+        "the model {path} has version {found} of the format, this program reads version {expected}; train again \
+         (`halfway train`)"
     )]
     Version { path: PathBuf, found: u32, expected: u32 },
-    #[error("the model {path} was trained on another scene, or on another state of this one; train again")]
-    WrongScene { path: PathBuf },
     #[error(
-        "the model {path} is cut off: {found} bytes where {expected} are announced; copy it again, or train again"
+        "the model {path} was trained on another scene (or another state of this one, --env included): {found:016x} \
+         where this one is {expected:016x}; train again (`halfway train`)"
+    )]
+    WrongScene { path: PathBuf, found: u64, expected: u64 },
+    #[error(
+        "the model {path} is cut off: {found} bytes where {expected} are announced; copy it again, or train again \
+         (`halfway train`)"
     )]
     Truncated { path: PathBuf, found: u64, expected: u64 },
-    #[error("the model {path} is damaged ({what}); copy it again, or train again")]
+    #[error("the model {path} is damaged ({what}); copy it again, or train again (`halfway train`)")]
     Damaged { path: PathBuf, what: &'static str },
+}
+
+impl SubspaceError {
+    /// True where the user's files, options or scene are at fault.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Setting { .. }
+            | Self::NoLight { .. }
+            | Self::Read { .. }
+            | Self::NotAModel { .. }
+            | Self::Version { .. }
+            | Self::WrongScene { .. }
+            | Self::Truncated { .. }
+            | Self::Damaged { .. } => true,
+            Self::UnknownTile { .. } | Self::UnknownLight { .. } | Self::Math(_) | Self::Write(_) => false,
+        }
+    }
 }
 
 /// Rendering a scene to a picture.
@@ -250,6 +275,10 @@ pub enum RenderError {
         "{width}x{height} pixels are more than a picture can have; render it in parts with a smaller --size"
     )]
     TooManyPixels { width: u32, height: u32 },
+    #[error(
+        "interrupted while it learnt, so there is nothing to save yet; start it again, or ask for fewer --train-paths"
+    )]
+    Interrupted,
     /// Comparing the picture with a reference.
     #[error(transparent)]
     Film(#[from] FilmError),

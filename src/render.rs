@@ -1,24 +1,23 @@
 //! The budget loop: rounds of samples until the first limit of samples, time or error is met.
 
 pub mod efficiency;
+mod prepared;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::accel::Accel;
 use crate::device::Context;
 use crate::device::layout::{FilmPixel, FirstHitPixel};
-use crate::device::scene::DeviceScene;
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Layer, Picture};
-use crate::integrator::{
-    Integrator, Method, RayCounts, Region, Settings, Strategy, Training, integrator, train,
-};
+use crate::integrator::{FirstSubspaces, Integrator, Method, RayCounts, Region, Strategy, Training};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
+
+pub use prepared::Prepared;
 
 /// When to stop: the first limit that is met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -151,91 +150,13 @@ pub struct Renderer<'a> {
 }
 
 impl<'a> Renderer<'a> {
-    /// Builds everything that the scene requires.
+    /// Builds everything that the scene requires, and learns where the method has to and nothing is learnt yet;
+    /// [`Prepared`] does so in steps.
     ///
     /// # Errors
     /// No such camera, a picture without pixels, or what the layers below report.
     pub fn new(context: &'a Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
-        let camera = scene
-            .cameras
-            .get(options.camera)
-            .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
-        let region =
-            options.crop.unwrap_or(Region { x: 0, y: 0, width: options.width, height: options.height });
-        check_region(&region, options.width, options.height)?;
-        let accel = Accel::build(scene)?;
-        let features = options.features.unwrap_or_else(|| SceneFeatures::of(scene));
-        let device_scene = DeviceScene::new(context, scene, &accel, features)?;
-        let settings = Settings {
-            width: options.width,
-            height: options.height,
-            region,
-            max_depth: options.max_depth,
-            seed: options.seed,
-            method: options.method,
-            strategy: options.strategy,
-            first_hit: options.first_hit_layers,
-            timing: options.timing,
-        };
-        let device_camera = device_scene.camera(camera, options.width, options.height);
-        let radiance_scale = 2f64.powi(device_scene.radiance_exponent);
-        let mut report = Report {
-            stop: Stop::Interrupted,
-            samples: 0,
-            seconds: 0.0,
-            accel_seconds: accel.build_time.as_secs_f64(),
-            upload_seconds: device_scene.upload_time.as_secs_f64(),
-            compile_seconds: 0.0,
-            pretracing_seconds: 0.0,
-            preprocessing_seconds: 0.0,
-            training: None,
-            estimated_error: None,
-            rays: RayCounts::default(),
-            non_finite: 0,
-            triangles: accel.triangles.len(),
-            dropped_triangles: accel.dropped,
-            lights: device_scene.light_count,
-            features: device_scene.features,
-            memory: Vec::new(),
-            kernels: Default::default(),
-        };
-        let model = match (options.method, options.model.clone()) {
-            (Method::SpcBpt { .. }, None) if device_scene.light_count > 0 => {
-                let hash = scene.content_hash();
-                let trained =
-                    train(context, &device_scene, &device_camera, settings, hash, &options.training, |_| {})?;
-                report.pretracing_seconds = trained.tracing.as_secs_f64();
-                report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
-                Some(Arc::new(trained.model))
-            }
-            (Method::SpcBpt { .. }, model) => model,
-            _ => None,
-        };
-        report.training = model.as_ref().map(|model| model.report.clone());
-        let mut integrator = integrator(context, device_scene, &device_camera, settings, model.as_deref())?;
-        // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
-        let warm_up = Instant::now();
-        integrator.warm_up(context)?;
-        let wavefront = integrator.wavefront_mut();
-        let first_hits = match options.first_hit_layers {
-            true => wavefront.first_hits(context, FIRST_HIT_SAMPLES)?,
-            false => Vec::new(),
-        };
-        wavefront.reset(context)?;
-        report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
-        Ok(Self {
-            context,
-            model,
-            integrator,
-            sums: FilmSums::new(region.width, region.height),
-            first_hits,
-            samples: 0,
-            elapsed: Duration::ZERO,
-            radiance_scale,
-            length_scale: accel.unit.world_length(1.0),
-            report,
-            options,
-        })
+        Prepared::new(context, scene, options)?.renderer()
     }
 
     /// Starts anew with another seed, and with one strategy of a bidirectional method alone (or all of them).
@@ -327,6 +248,14 @@ impl<'a> Renderer<'a> {
         Ok(picture)
     }
 
+    /// As [`Integrator::first_subspaces`].
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn first_subspaces(&mut self) -> Result<Option<Vec<FirstSubspaces>>, RenderError> {
+        Ok(self.integrator.first_subspaces(self.context)?)
+    }
+
     /// What was done so far.
     ///
     /// # Errors
@@ -377,17 +306,4 @@ fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
         count: u64::from(pixel.count),
         non_finite: u64::from(pixel.non_finite),
     }
-}
-
-fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
-    let inside = u64::from(region.x) + u64::from(region.width) <= u64::from(width)
-        && u64::from(region.y) + u64::from(region.height) <= u64::from(height);
-    if region.width == 0 || region.height == 0 || !inside {
-        let part = format!("{},{},{},{}", region.x, region.y, region.width, region.height);
-        return Err(RenderError::BadRegion { part, width, height });
-    }
-    if u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
-        return Err(RenderError::TooManyPixels { width, height });
-    }
-    Ok(())
 }

@@ -8,8 +8,10 @@ use clap::{Args, Parser, ValueEnum};
 use serde_json::json;
 
 use super::Exit;
-use super::input::{InputError, SceneArgs, choose_camera, default_output, parse_duration, parse_size};
-use super::render::{IntegratorName, MethodArgs};
+use super::input::{
+    InputError, SceneArgs, choose_camera, default_output, parse_duration, parse_size, picture_size,
+};
+use super::method::{IntegratorName, MethodArgs};
 use crate::device::{Context, DeviceChoice};
 use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, exr};
@@ -222,7 +224,7 @@ fn load(args: &EfficiencyArgs, path: &Path) -> anyhow::Result<Subject> {
     };
     let mut scene = from.load()?;
     let camera = choose_camera(&mut scene, args.camera.as_deref())?;
-    let [width, height] = args.size.or(scene.resolution).unwrap_or([1280, 720]);
+    let [width, height] = picture_size(args.size, &scene);
     let options = RenderOptions {
         width,
         height,
@@ -231,7 +233,7 @@ fn load(args: &EfficiencyArgs, path: &Path) -> anyhow::Result<Subject> {
         seed: args.seed.into(),
         ..RenderOptions::default()
     };
-    let name = default_output(path).with_extension("").display().to_string();
+    let name = default_output(path, "").display().to_string();
     Ok(Subject { name, hash: scene.content_hash(), scene, options })
 }
 

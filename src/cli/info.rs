@@ -1,11 +1,15 @@
 //! `halfway info`
 
-use clap::Args;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum as _};
 
 use super::Exit;
-use super::input::{InputError, SceneArgs};
+use super::input::{InputError, SceneArgs, choose_camera};
 use crate::accel::Accel;
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, builtin};
+use crate::subspace::Model;
+use crate::subspace::gamma::Loss;
 
 /// Say what a scene contains, which features it switches on and what an integrator cannot sample in it.
 #[derive(Args, Debug)]
@@ -15,6 +19,9 @@ pub struct InfoArgs {
     /// List the built-in scenes instead.
     #[arg(long)]
     builtins: bool,
+    /// Say what a model of `halfway train` has learnt, and whether it fits the scene if one is given.
+    #[arg(long, value_name = "FILE.model")]
+    model: Option<PathBuf>,
 }
 
 /// What a feature costs where it is on; printed beside its name.
@@ -46,25 +53,147 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<Exit> {
         builtin::NAMES.iter().for_each(|name| println!("builtin:{name}"));
         return Ok(Exit::Done);
     }
-    let scene = args
-        .scene
-        .as_ref()
-        .ok_or_else(|| InputError::Usage("name a scene, or list the built-in ones with --builtins".into()))?
-        .load()?;
-    let accel = Accel::build(&scene)?;
-    contents(&scene, &accel);
+    let model = args.model.as_deref().map(Model::read).transpose()?;
+    let scene = args.scene.as_ref().map(SceneArgs::load).transpose()?;
+    match (&scene, &model) {
+        (Some(scene), _) => describe(scene)?,
+        (None, Some(_)) => {}
+        (None, None) => {
+            let usage = "name a scene or a model (--model FILE), or list the built-in scenes with --builtins";
+            return Err(InputError::Usage(usage.into()).into());
+        }
+    }
+    if let (Some(path), Some(model)) = (&args.model, &model) {
+        if scene.is_some() {
+            println!();
+        }
+        println!("model {}", path.display());
+        learnt(model).iter().for_each(|(name, value)| println!("  {name:<19} {value}"));
+        if let Some(mut scene) = scene {
+            // As a render would see it.
+            choose_camera(&mut scene, None)?;
+            println!("  {:<19} {}", "fits the scene", fit(model, scene.content_hash()));
+        }
+    }
+    Ok(Exit::Done)
+}
+
+fn describe(scene: &Scene) -> anyhow::Result<()> {
+    let accel = Accel::build(scene)?;
+    contents(scene, &accel);
     println!("\nfeatures that the kernels are compiled for:");
-    for (name, on) in SceneFeatures::of(&scene).table() {
+    for (name, on) in SceneFeatures::of(scene).table() {
         if on {
             println!("  {name:<19} {}", cost(name));
         }
     }
     let off: Vec<&str> =
-        SceneFeatures::of(&scene).table().iter().filter(|(_, on)| !on).map(|(name, _)| *name).collect();
+        SceneFeatures::of(scene).table().iter().filter(|(_, on)| !on).map(|(name, _)| *name).collect();
     println!("  not there, and not compiled: {}", off.join(", "));
     println!("\nthe path integrator:");
-    limits(&scene).iter().for_each(|line| println!("  {line}"));
-    Ok(Exit::Done)
+    limits(scene).iter().for_each(|line| println!("  {line}"));
+    Ok(())
+}
+
+fn fit(model: &Model, scene_hash: u64) -> String {
+    if model.scene_hash == scene_hash {
+        return "yes".into();
+    }
+    format!("no, that is {scene_hash:016x}: another scene, or changed since, or another --env; train again")
+}
+
+/// What a model knows, and from what: names and values.
+fn learnt(model: &Model) -> Vec<(&'static str, String)> {
+    let (report, settings) = (&model.report, &model.settings);
+    let counts = &report.counts;
+    let k = model.subspaces;
+    let chosen = if settings.subspaces.is_some() { "as asked for" } else { "as many as the paths can teach" };
+    let [least, mean, most] = report.row_entropy;
+    let optimiser = settings.optimiser.to_possible_value();
+    let [start, best] = [0, report.best_step as usize].map(|step| report.losses.get(step));
+    let ratio = start.zip(best).map(|(start, best)| Loss {
+        train: best.train / start.train,
+        held_out: start.held_out.zip(best.held_out).map(|(start, best)| best / start),
+    });
+    vec![
+        ("scene", format!("{:016x}", model.scene_hash)),
+        ("subspaces", format!("{k} eye, {k} light: {chosen}")),
+        (
+            "eye subspaces",
+            format!("{} learnt, {} nodes of the tree", counts.learnt_rows, counts.eye_tree_nodes),
+        ),
+        (
+            "light subspaces",
+            format!(
+                "{} in use, {} nodes of the tree; {} for points on lights, {} with Q at its floor",
+                counts.active_columns,
+                counts.light_tree_nodes,
+                counts.source_subspaces,
+                counts.floored_columns
+            ),
+        ),
+        (
+            "Gamma's rows",
+            format!(
+                "entropy {least:.2} least, {mean:.2} mean, {most:.2} most, of {:.2} bits",
+                f64::from(k).log2()
+            ),
+        ),
+        ("Q", format!("the largest is {} times the smallest", short(report.q_spread))),
+        ("loss", format!("{:<14} held-out paths", "training paths")),
+        ("  at the start", losses(start)),
+        ("  at the best", losses(best)),
+        ("  best over start", losses(ratio.as_ref())),
+        (
+            "steps",
+            format!(
+                "{} ({}), the best is {}",
+                report.losses.len().saturating_sub(1),
+                optimiser.as_ref().map_or("", |value| value.get_name()),
+                report.best_step
+            ),
+        ),
+        (
+            "learnt from",
+            format!(
+                "{} paths, {} held out of them, with {} connections; {} light vertices",
+                counts.paths, counts.held_out_paths, counts.nodes, counts.light_samples
+            ),
+        ),
+        (
+            "left out",
+            format!(
+                "{} faulty paths, {} faulty light vertices, {} paths that no connection makes; {} outliers held back",
+                counts.faulty_paths,
+                counts.faulty_light_samples,
+                counts.unreachable_paths,
+                counts.clamped_paths
+            ),
+        ),
+        (
+            "learnt for",
+            format!("{} connections, uniform share {}", settings.connections, settings.uniform_share),
+        ),
+        ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
+    ]
+}
+
+fn losses(loss: Option<&Loss>) -> String {
+    let held_out = loss.and_then(|loss| loss.held_out);
+    let [train, held_out] =
+        [loss.map(|loss| loss.train), held_out].map(|loss| loss.map_or("-".into(), short));
+    format!("{train:<14} {held_out}")
+}
+
+/// Four digits, with an exponent where there would be many more.
+fn short(value: f64) -> String {
+    match value.abs() {
+        size if size == 0.0 || (1e-3..1e5).contains(&size) => {
+            let digits = (3 - size.max(1.0).log10().floor() as i32).clamp(0, 3) as usize;
+            format!("{value:.digits$}")
+        }
+        _ => format!("{value:.3e}"),
+    }
 }
 
 fn contents(scene: &Scene, accel: &Accel) {

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use thiserror::Error;
 
+use crate::device::{Context, DeviceChoice};
+use crate::error::DeviceError;
 use crate::integrator::Region;
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Camera, Environment, Projection, Scene, builtin};
@@ -64,6 +66,14 @@ impl SceneArgs {
         }
         Ok(scene)
     }
+}
+
+/// Pixels of a picture that no size is given for, where the scene has no wish either.
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+
+/// The size that was asked for, else that of the scene.
+pub fn picture_size(wanted: Option<[u32; 2]>, scene: &Scene) -> [u32; 2] {
+    wanted.or(scene.resolution).unwrap_or(DEFAULT_SIZE)
 }
 
 /// A picture's size as `WIDTHxHEIGHT`.
@@ -151,9 +161,39 @@ fn framing_camera(scene: &Scene) -> Camera {
     }
 }
 
-/// The default name of a picture beside others: the scene's own.
-pub fn default_output(scene: &Path) -> PathBuf {
+/// Opens the device and says which it is.
+///
+/// # Errors
+/// No such device.
+pub fn open_device(choice: &DeviceChoice, quiet: bool) -> Result<Context, DeviceError> {
+    let context = Context::new(choice)?;
+    if !quiet {
+        eprintln!("device: {}", context.describe());
+        if context.is_cpu() {
+            eprintln!("warning: this is a software device; a GPU renders many times faster");
+        }
+    }
+    Ok(context)
+}
+
+/// Asks for the folder of a file to come: before hours of work, not after them.
+///
+/// # Errors
+/// There is none.
+pub fn check_folder(output: &Path) -> Result<(), InputError> {
+    match output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        Some(folder) => Err(InputError::Usage(format!(
+            "there is no folder '{}' for '{}'; make it first",
+            folder.display(),
+            output.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The default name of what is made of a scene: the scene's own.
+pub fn default_output(scene: &Path, extension: &str) -> PathBuf {
     let name = scene.to_string_lossy();
     let name = name.strip_prefix("builtin:").map_or_else(|| scene.to_path_buf(), PathBuf::from);
-    PathBuf::from(name.file_stem().unwrap_or(std::ffi::OsStr::new("out"))).with_extension("exr")
+    PathBuf::from(name.file_stem().unwrap_or(std::ffi::OsStr::new("out"))).with_extension(extension)
 }

@@ -2,12 +2,16 @@
 
 mod bench;
 mod compare;
+mod debug;
 mod devices;
 mod efficiency;
 mod info;
 mod input;
+mod method;
+mod progress;
 mod render;
 mod strategies;
+mod train;
 
 use clap::{Parser, Subcommand};
 
@@ -26,7 +30,7 @@ pub enum Exit {
     NoDevice = 4,
     /// Non-finite values were found.
     NonFinite = 5,
-    /// Interrupted, and saved.
+    /// Interrupted; what was rendered is saved.
     Interrupted = 130,
 }
 
@@ -54,9 +58,13 @@ pub struct Cli {
 enum Command {
     /// Render a scene to EXR and PNG files.
     Render(Box<render::RenderArgs>),
+    /// Learn where paths of a scene connect, for renders with --integrator spcbpt --model.
+    Train(Box<train::TrainArgs>),
     /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
     Compare(compare::CompareArgs),
     /// Say what a scene contains, what it switches on and what each part costs.
+    // All that it is asked for may be a list or a model.
+    #[command(mut_arg("scene", |scene| scene.required(false)))]
     Info(info::InfoArgs),
     /// Measure.
     Bench(bench::BenchArgs),
@@ -71,6 +79,7 @@ enum Command {
 pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
+        Command::Train(args) => train::run(args, cli.quiet),
         Command::Compare(args) => Ok(compare::run(args)?),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args, cli.quiet),
@@ -80,7 +89,10 @@ pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
 
 /// The exit code that belongs to an error.
 pub fn exit_code(error: &anyhow::Error) -> Exit {
-    use crate::error::{DeviceError, FilmError, RenderError, SceneError};
+    use crate::error::{DeviceError, FilmError, RenderError, SceneError, SubspaceError};
+    if let Some(RenderError::Interrupted) = error.downcast_ref() {
+        return Exit::Interrupted;
+    }
     let device = error.downcast_ref::<DeviceError>().or_else(|| match error.downcast_ref::<RenderError>() {
         Some(RenderError::Device(device)) => Some(device),
         _ => None,
@@ -93,12 +105,14 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
             | DeviceError::CutsLoops { .. },
         ) => return Exit::NoDevice,
         Some(DeviceError::Scene(_)) => return Exit::BadInput,
+        Some(DeviceError::Subspace(subspace)) if subspace.is_bad_input() => return Exit::BadInput,
         Some(_) => return Exit::Failed,
         None => {}
     }
     let input = error.is::<SceneError>()
         || error.is::<input::InputError>()
         || error.downcast_ref().is_some_and(FilmError::is_bad_input)
+        || error.downcast_ref().is_some_and(SubspaceError::is_bad_input)
         || error.is::<RenderError>();
     if input { Exit::BadInput } else { Exit::Failed }
 }

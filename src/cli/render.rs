@@ -1,42 +1,31 @@
 //! `halfway render`
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
-use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use clap::Args;
 
+use super::debug::Debug;
 use super::input::{
-    InputError, SceneArgs, choose_camera, default_output, parse_crop, parse_duration, parse_size,
+    InputError, SceneArgs, check_folder, choose_camera, default_output, open_device, parse_crop,
+    parse_duration, parse_size, picture_size,
 };
+use super::method::MethodArgs;
+use super::progress::{self, Meter};
+use super::train::held_out_gain;
 use super::{Exit, strategies};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
 use crate::film::{Attribute, Picture, exr, png, tev};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Region, Training};
-use crate::render::{Budget, Progress, RenderOptions, Renderer, Report, Stop};
+use crate::integrator::{Method, Region};
+use crate::render::{Budget, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
+use crate::subspace::Model;
 
 /// Samples where no budget is given.
 const DEFAULT_SAMPLES: u32 = 64;
-
-/// How light is transported.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum IntegratorName {
-    /// Path tracing with next-event estimation.
-    #[default]
-    Path,
-    /// Bidirectional path tracing: every eye path is connected to a light path of its own.
-    Bdpt,
-    /// Bidirectional path tracing with a light vertex cache that the whole picture shares.
-    Lvcbpt,
-    /// Bidirectional path tracing that has learnt which light vertices are worth a connection (SPCBPT).
-    Spcbpt,
-    /// Light tracing: light paths alone, connected to the camera.
-    Light,
-}
 
 /// Render a scene. The first limit of --spp, --time and --error that is met ends the render.
 #[derive(Args, Debug)]
@@ -48,6 +37,9 @@ pub struct RenderArgs {
     output: Vec<PathBuf>,
     #[command(flatten)]
     method: MethodArgs,
+    /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces"])]
+    model: Option<PathBuf>,
     /// Samples a pixel (64 if no limit is given).
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
@@ -85,6 +77,9 @@ pub struct RenderArgs {
     /// its weighted share and alone, with an overview of all; each takes the budget once more. Needs --max-depth.
     #[arg(long, value_name = "DIR")]
     strategies: Option<PathBuf>,
+    /// Also write pictures of what the method does, beside the first output.
+    #[arg(long, value_enum, value_name = "WHAT")]
+    debug: Option<Debug>,
     /// Write a report with times, memory, rays and features.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -96,105 +91,13 @@ pub struct RenderArgs {
     save_every: Option<Duration>,
 }
 
-/// How light is transported, and with which settings.
-#[derive(Args, Debug)]
-pub struct MethodArgs {
-    #[arg(short, long, value_enum, default_value_t)]
-    integrator: IntegratorName,
-    /// Light paths of an iteration, that is for one sample of every pixel (default: lvcbpt a quarter of the pixels,
-    /// light all of them).
-    #[arg(long, value_name = "M")]
-    light_paths: Option<u32>,
-    /// Connections of each vertex of an eye path to the light vertex cache (lvcbpt, spcbpt).
-    #[arg(long, value_name = "N")]
-    connections: Option<u32>,
-    /// Connect light paths to the camera as well (bdpt, lvcbpt, spcbpt): finds caustics.
-    #[arg(long)]
-    light_tracing: bool,
-    /// Full paths that spcbpt learns from before it renders (default 200000).
-    #[arg(long, value_name = "N")]
-    train_paths: Option<u32>,
-    /// Subspaces that spcbpt sorts sub-paths into, on the eye's and on the light's side (default: as many as the
-    /// training paths can teach).
-    #[arg(long, value_name = "K")]
-    subspaces: Option<u32>,
-}
-
-impl MethodArgs {
-    /// The method with its settings.
-    ///
-    /// # Errors
-    /// A setting that the integrator does not have, or out of its range.
-    pub fn method(&self) -> Result<Method, InputError> {
-        use IntegratorName as Name;
-        let (name, light_paths) = (self.integrator, self.light_paths);
-        let refuse = |flag: &str, who: &str| {
-            Err(InputError::Usage(format!(
-                "{flag} is a setting of {who}; leave it out, or choose with --integrator"
-            )))
-        };
-        if light_paths.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Light) {
-            return refuse("--light-paths", "lvcbpt, spcbpt and light");
-        }
-        if self.connections.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt) {
-            return refuse("--connections", "lvcbpt and spcbpt");
-        }
-        if self.light_tracing && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Bdpt) {
-            return refuse("--light-tracing", "bdpt, lvcbpt and spcbpt");
-        }
-        if light_paths == Some(0) {
-            return Err(InputError::Usage("--light-paths takes at least 1 light path an iteration".into()));
-        }
-        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
-        if !(1..=MAX_CONNECTIONS).contains(&connections) {
-            return Err(InputError::Usage(format!("--connections takes 1 to {MAX_CONNECTIONS}")));
-        }
-        Ok(match name {
-            Name::Path => Method::Path,
-            Name::Bdpt => Method::Bdpt { light_tracing: self.light_tracing },
-            Name::Lvcbpt => Method::LvcBpt { light_paths, connections, light_tracing: self.light_tracing },
-            Name::Spcbpt => Method::SpcBpt { light_paths, connections, light_tracing: self.light_tracing },
-            Name::Light => Method::Light { light_paths },
-        })
-    }
-}
-
-impl MethodArgs {
-    /// What spcbpt learns from.
-    ///
-    /// # Errors
-    /// A setting of another integrator, or out of its range.
-    pub fn training(&self) -> Result<Training, InputError> {
-        let mut training = Training::default();
-        if self.integrator != IntegratorName::Spcbpt {
-            for (given, flag) in
-                [(self.train_paths.is_some(), "--train-paths"), (self.subspaces.is_some(), "--subspaces")]
-            {
-                if given {
-                    return Err(InputError::Usage(format!(
-                        "{flag} is a setting of spcbpt; leave it out, or add --integrator spcbpt"
-                    )));
-                }
-            }
-        }
-        training.paths = self.train_paths.unwrap_or(training.paths);
-        training.settings.subspaces = self.subspaces;
-        training.settings.connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
-        training.settings.check().map_err(|error| InputError::Usage(error.to_string()))?;
-        Ok(training)
-    }
-}
-
-/// Set by Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
 /// Renders and writes what was asked for.
 ///
 /// # Errors
 /// Bad input, no device, or a picture that cannot be written.
 pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let outputs = match args.output.is_empty() {
-        true => vec![default_output(&args.scene.scene)],
+        true => vec![default_output(&args.scene.scene, "exr")],
         false => args.output.clone(),
     };
     for output in &outputs {
@@ -207,36 +110,39 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
 
-    let context = Context::new(&args.device)?;
-    if !quiet {
-        eprintln!("device: {}", context.describe());
-        if context.is_cpu() {
-            eprintln!("warning: this is a software device; a GPU renders many times faster");
-        }
+    progress::install_interrupt();
+    let context = open_device(&args.device, quiet)?;
+    let mut options = options(args, &scene, camera)?;
+    if let Some(debug) = args.debug {
+        debug.check(options.method)?;
     }
-    let options = options(args, &scene, camera)?;
+    let scene_hash = scene.content_hash();
+    if let Some(path) = &args.model {
+        options.model = Some(load_model(path, scene_hash, options.method)?);
+    }
     let strategies = match args.strategies {
         Some(_) => strategies::list(options.method, options.max_depth)?,
         None => Vec::new(),
     };
-    install_interrupt();
-    let mut renderer = Renderer::new(&context, &scene, options.clone())?;
-    let bar = progress_bar(quiet, &options.budget);
-    let mut last_line = Instant::now();
+    let mut prepared = Prepared::new(&context, &scene, options.clone())?;
+    if prepared.must_learn() {
+        progress::learn(&mut prepared, quiet)?;
+    }
+    let mut renderer = prepared.renderer()?;
+    let mut meter = meter(quiet, &options.budget);
     let (mut last_save, mut last_view) = (Instant::now(), Instant::now());
     let title = args.scene.scene.to_string_lossy();
-    let record =
-        Record { args, method: options.method, scene_hash: scene.content_hash(), device: context.describe() };
+    let record = Record { args, method: options.method, scene_hash, device: context.describe() };
     let stop = loop {
         // A pause of the loop, to save or to show the picture, is no end.
         let mut pause = false;
         let stop = renderer.run(|progress| {
-            show(&bar, progress, &options.budget, &mut last_line, quiet);
+            show(&mut meter, progress, &options.budget);
             pause = args.save_every.is_some_and(|every| last_save.elapsed() >= every)
                 || (viewer.is_some() && last_view.elapsed() >= Duration::from_secs(1));
-            pause || INTERRUPTED.load(Ordering::Relaxed)
+            pause || progress::interrupted()
         })?;
-        if !pause || INTERRUPTED.load(Ordering::Relaxed) {
+        if !pause || progress::interrupted() {
             break stop;
         }
         let picture = renderer.picture()?;
@@ -249,7 +155,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
             last_save = Instant::now();
         }
     };
-    bar.finish_and_clear();
+    meter.finish();
 
     let report = renderer.report()?;
     let picture = renderer.picture()?;
@@ -266,9 +172,13 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     for output in &outputs {
         println!("{}", output.display());
     }
+    if let Some(debug) = args.debug {
+        for path in debug.write(&mut renderer, &outputs[0])? {
+            println!("{}", path.display());
+        }
+    }
     if let Some(directory) = args.strategies.as_deref().filter(|_| stop != Stop::Interrupted) {
-        let interrupted = || INTERRUPTED.load(Ordering::Relaxed);
-        strategies::write(&mut renderer, &options, &strategies, directory, args.view, interrupted)?;
+        strategies::write(&mut renderer, &options, &strategies, directory, args.view, progress::interrupted)?;
         println!("{}", directory.display());
     }
     Ok(if report.non_finite > 0 {
@@ -287,7 +197,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
 }
 
 fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOptions, InputError> {
-    let [width, height] = args.size.or(scene.resolution).unwrap_or([1280, 720]);
+    let [width, height] = picture_size(args.size, scene);
     let no_limit = args.spp.is_none() && args.time.is_none() && args.error.is_none();
     let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { args.spp };
     if args.error.is_some_and(|error| error.is_nan() || error <= 0.0) {
@@ -317,6 +227,24 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     })
 }
 
+fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Arc<Model>> {
+    let Method::SpcBpt { connections, .. } = method else {
+        return Err(InputError::Usage(
+            "--model is a setting of spcbpt; leave it out, or add --integrator spcbpt".into(),
+        )
+        .into());
+    };
+    let model = Model::load(path, scene_hash)?;
+    if model.settings.connections != connections {
+        // No error: unbiased all the same, only not the least noise.
+        log::info!(
+            "the model was trained for {} connections, this render has {connections}",
+            model.settings.connections
+        );
+    }
+    Ok(Arc::new(model))
+}
+
 fn say_what_is_missing(scene: &Scene) {
     if scene.triangle_count() == 0 {
         log::warn!("the scene has no triangles; only its environment, if any, will be seen");
@@ -330,15 +258,7 @@ fn say_what_is_missing(scene: &Scene) {
 }
 
 fn check_output(output: &Path) -> Result<(), InputError> {
-    // Before hours of rendering, not after them.
-    if let Some(folder) = output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
-    {
-        return Err(InputError::Usage(format!(
-            "there is no folder '{}' for '{}'; make it first",
-            folder.display(),
-            output.display()
-        )));
-    }
+    check_folder(output)?;
     match output.extension().and_then(|extension| extension.to_str()) {
         Some("exr" | "png") => Ok(()),
         _ => Err(InputError::Usage(format!(
@@ -348,46 +268,25 @@ fn check_output(output: &Path) -> Result<(), InputError> {
     }
 }
 
-fn install_interrupt() {
-    let handler = || {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("\ninterrupted: finishing the round and saving (again to stop at once)");
-    };
-    if let Err(error) = ctrlc::set_handler(handler) {
-        log::warn!("Ctrl-C will stop without saving: {error}");
-    }
+fn meter(quiet: bool, budget: &Budget) -> Meter {
+    Meter::new(
+        quiet,
+        match (budget.samples, budget.time) {
+            (Some(samples), _) => Some(u64::from(samples)),
+            (None, Some(time)) => Some(time.as_millis() as u64),
+            (None, None) => None,
+        },
+    )
 }
 
-fn progress_bar(quiet: bool, budget: &Budget) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let length = match (budget.samples, budget.time) {
-        (Some(samples), _) => Some(u64::from(samples)),
-        (None, Some(time)) => Some(time.as_millis() as u64),
-        (None, None) => None,
-    };
-    let bar = ProgressBar::with_draw_target(length, target);
-    let template = "{bar:30} {percent:>3} %  {msg}  {elapsed} passed, {eta} left";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar
-}
-
-fn show(bar: &ProgressBar, progress: &Progress, budget: &Budget, last_line: &mut Instant, quiet: bool) {
+fn show(meter: &mut Meter, progress: &Progress, budget: &Budget) {
     let error =
         progress.estimated_error.map_or(String::new(), |error| format!(", error {:.1} %", 100.0 * error));
-    let message = format!("{} spp{error}", progress.samples);
-    bar.set_position(match budget.samples {
+    let position = match budget.samples {
         Some(_) => u64::from(progress.samples),
         None => progress.elapsed.as_millis() as u64,
-    });
-    if bar.is_hidden() && !quiet && last_line.elapsed() >= Duration::from_secs(10) {
-        eprintln!("{:.0} s: {message}", progress.elapsed.as_secs_f64());
-        *last_line = Instant::now();
-    }
-    bar.set_message(message);
+    };
+    meter.show(position, format!("{} spp{error}", progress.samples));
 }
 
 fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
@@ -411,20 +310,18 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
         report.compile_seconds
     );
     if let Some(training) = &report.training {
-        let losses = [0, training.best_step as usize].map(|step| training.losses.get(step)?.held_out);
-        let gain = match losses {
-            [Some(start), Some(best)] if start > 0.0 => {
-                format!(", held-out loss {:.3} of the start's", best / start)
-            }
-            _ => String::new(),
+        let gain = held_out_gain(training)
+            .map_or(String::new(), |gain| format!(", held-out loss {gain:.3} of the start's"));
+        let when = match options.model {
+            Some(_) => "learnt before".to_string(),
+            None => format!(
+                "learnt in {:.2} s ({:.2} s of them tracing)",
+                report.preprocessing_seconds, report.pretracing_seconds
+            ),
         };
         eprintln!(
-            "learnt in {:.2} s ({:.2} s of them tracing) from {} paths with {} connections: {} eye subspaces in use{gain}",
-            report.preprocessing_seconds,
-            report.pretracing_seconds,
-            training.counts.paths,
-            training.counts.nodes,
-            training.counts.learnt_rows,
+            "{when} from {} paths with {} connections: {} eye subspaces in use{gain}",
+            training.counts.paths, training.counts.nodes, training.counts.learnt_rows,
         );
     }
     if report.dropped_triangles > 0 {

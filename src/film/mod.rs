@@ -2,6 +2,7 @@
 
 pub mod contact_sheet;
 pub mod exr;
+pub mod false_color;
 pub mod flip;
 pub mod heatmap;
 pub mod metric;

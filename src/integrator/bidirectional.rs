@@ -13,7 +13,7 @@ use crate::subspace::Model;
 
 use super::subspaces::Subspaces;
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
-use super::{DEFAULT_LIGHT_PATHS, Integrator, Method, Settings};
+use super::{DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
 
 /// Connections in flight for each eye vertex when all vertices of a light path are connected; longer paths take
 /// several rounds.
@@ -449,6 +449,13 @@ impl Integrator for Bidirectional {
 
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {
         self.iterate(context, &[self.wavefront.tiny_batch()], 1)
+    }
+
+    fn first_subspaces(&mut self, context: &Context) -> Result<Option<Vec<FirstSubspaces>>, DeviceError> {
+        match &self.subspaces {
+            Some(subspaces) => subspaces.first(context, &mut self.wavefront).map(Some),
+            None => Ok(None),
+        }
     }
 
     fn wavefront(&self) -> &Wavefront {

@@ -15,7 +15,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use pretrace::{Training, train};
+pub use pretrace::{DEFAULT_TRAINING_PATHS, Learning, Trained, Training, train};
 pub use wavefront::{RayCounts, Region, Wavefront};
 
 /// How light is transported.
@@ -110,6 +110,22 @@ pub struct Settings {
     pub timing: bool,
 }
 
+/// What a camera ray meets first, as connections by subspaces see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstSubspaces {
+    /// Eye and light subspace; `None` where the ray meets nothing, or a light.
+    pub labels: Option<[u32; 2]>,
+    /// Unit vector of the ray.
+    pub world_direction: [f32; 3],
+}
+
+impl FirstSubspaces {
+    /// 1 where the ray meets a surface of that normal straight on, 0 at grazing angles.
+    pub fn facing(&self, world_normal: [f32; 3]) -> f32 {
+        glam::Vec3::from(self.world_direction).dot(world_normal.into()).abs()
+    }
+}
+
 /// An integrator on a device, with the scene.
 pub trait Integrator {
     /// Traces samples `first_sample .. first_sample + samples` of every pixel into the film on the device.
@@ -123,6 +139,16 @@ pub trait Integrator {
     /// # Errors
     /// As [`render`](Self::render).
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError>;
+
+    /// The subspaces of what one camera ray a pixel meets first, pixel by pixel; `None` where none are learnt. For
+    /// pictures of them, after the render: it counts rays.
+    ///
+    /// # Errors
+    /// A lost device.
+    fn first_subspaces(&mut self, context: &Context) -> Result<Option<Vec<FirstSubspaces>>, DeviceError> {
+        let _ = context;
+        Ok(None)
+    }
 
     fn wavefront(&self) -> &Wavefront;
     fn wavefront_mut(&mut self) -> &mut Wavefront;

@@ -1,6 +1,7 @@
 //! Pre-tracing: eye paths with known densities for Gamma, light paths for Q, and the training with them.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
@@ -51,9 +52,21 @@ impl Default for Training {
     }
 }
 
+/// How far learning is; where a share is known, of what is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Learning {
+    /// Full paths for Gamma.
+    TrainingPaths(f64),
+    /// Light paths for Q.
+    LightPaths(f64),
+    /// Trees and Gamma, on the host: asked before, not meanwhile.
+    Fitting,
+}
+
 /// A trained model with what it took.
+#[derive(Clone)]
 pub struct Trained {
-    pub model: Model,
+    pub model: Arc<Model>,
     /// Of tracing on the device, and of the rest.
     pub tracing: Duration,
     pub learning: Duration,
@@ -61,10 +74,11 @@ pub struct Trained {
     pub camera_paths: u64,
 }
 
-/// Traces training paths of the picture and learns from them. `progress` hears the share of paths found.
+/// Traces training paths of the picture and learns from them, until `interrupted` says so; it is asked after every
+/// batch.
 ///
 /// # Errors
-/// A lost device, a scene without light to connect to.
+/// A lost device, a scene without light to connect to, [`RenderError::Interrupted`].
 pub fn train(
     context: &Context,
     scene: &DeviceScene,
@@ -72,7 +86,7 @@ pub fn train(
     mut settings: Settings,
     scene_hash: u64,
     training: &Training,
-    mut progress: impl FnMut(f64),
+    mut interrupted: impl FnMut(Learning) -> bool,
 ) -> Result<Trained, RenderError> {
     settings.method =
         Method::LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false };
@@ -87,20 +101,24 @@ pub fn train(
     let mut camera_paths = 0;
     let wanted = training.paths as usize;
     let mut sample = 0;
-    while set.paths().len() < wanted && camera_paths < PATIENCE * wanted as u64 {
+    let patience = PATIENCE * wanted as u64;
+    let mut go_on = |step: Learning| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
+    while set.paths().len() < wanted && camera_paths < patience {
         for batch in batches(&bidirectional.wavefront, sample) {
             pretrace.trace(context, &mut bidirectional.wavefront, &batch, &mut set)?;
             camera_paths += u64::from(batch.pixel_count * batch.sample_count);
+            let found = set.paths().len() as f64 / wanted as f64;
+            go_on(Learning::TrainingPaths(found.max(camera_paths as f64 / patience as f64).min(1.0)))?;
         }
         sample += 1;
-        progress((set.paths().len() as f64 / wanted as f64).min(1.0));
     }
-    let lights = light_samples(context, &mut bidirectional)?;
+    let lights = light_samples(context, &mut bidirectional, &mut go_on)?;
+    go_on(Learning::Fitting)?;
     let tracing = start.elapsed();
     let settings = training.settings.clone();
     let model = subspace::train(&set, &lights, u64::from(LIGHT_PATHS), &sources, scene_hash, settings)
         .map_err(DeviceError::from)?;
-    Ok(Trained { model, tracing, learning: start.elapsed() - tracing, camera_paths })
+    Ok(Trained { model: Arc::new(model), tracing, learning: start.elapsed() - tracing, camera_paths })
 }
 
 /// One sample of every pixel, in batches that leave room for their records.
@@ -270,7 +288,11 @@ fn towards_light(vertices: &[TrainingVertex], index: usize) -> Vec3 {
 }
 
 /// Light vertices for Q.
-fn light_samples(context: &Context, light: &mut Bidirectional) -> Result<Vec<LightSample>, DeviceError> {
+fn light_samples(
+    context: &Context,
+    light: &mut Bidirectional,
+    mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
+) -> Result<Vec<LightSample>, RenderError> {
     let mut samples = Vec::new();
     let kernel = light.wavefront.compile(context, "light_samples", &[])?;
     for (pass, first) in (0..LIGHT_PATHS).step_by(PATHS_A_BATCH as usize).enumerate() {
@@ -295,6 +317,7 @@ fn light_samples(context: &Context, light: &mut Bidirectional) -> Result<Vec<Lig
             },
             weight: feature.weight,
         }));
+        go_on(Learning::LightPaths(f64::from(first + paths) / f64::from(LIGHT_PATHS)))?;
     }
     Ok(samples)
 }

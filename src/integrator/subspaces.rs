@@ -1,10 +1,11 @@
 //! What connecting by subspaces needs on the device: the model, and the light cache sorted by light subspace.
 
-use crate::device::layout::TreeNode;
+use crate::device::layout::{Hit, PathRay, TreeNode, Triangle};
 use crate::device::{Bound, BufferTable, Context, Kernel};
 use crate::error::DeviceError;
 use crate::subspace::{Model, Tree};
 
+use super::FirstSubspaces;
 use super::wavefront::{Size, Stage, Wavefront};
 
 /// As in `shaders/bind/buckets.wgsl`.
@@ -74,6 +75,49 @@ impl Subspaces {
             .collect::<Result<_, DeviceError>>()?;
         Ok(())
     }
+
+    /// Traces one camera ray a pixel and classifies what it meets.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn first(
+        &self,
+        context: &Context,
+        wavefront: &mut Wavefront,
+    ) -> Result<Vec<FirstSubspaces>, DeviceError> {
+        let triangles = wavefront.buffers.get("triangles")?.size();
+        let triangles: Vec<Triangle> =
+            bytemuck::pod_collect_to_vec(&wavefront.buffers.read(context, "triangles", triangles)?);
+        let mut all = Vec::new();
+        for batch in wavefront.batches(0, 1) {
+            let rays = wavefront.camera_rays.clone();
+            let mut encoder = wavefront.start(context, &batch, &rays)?;
+            let stages =
+                [&wavefront.closest_hit[0], &self.labels[0]].map(|kernel| Stage::new(kernel, Size::Paths));
+            wavefront.record(&mut encoder, &stages)?;
+            context.queue.submit([encoder.finish()]);
+            let count = batch.pixel_count;
+            let rays: Vec<PathRay> = read(context, wavefront, "paths a", count)?;
+            let hits: Vec<Hit> = read(context, wavefront, "hits", count)?;
+            let labels: Vec<[u32; 2]> = read(context, wavefront, "eye_labels", count)?;
+            all.extend(rays.iter().zip(&hits).zip(labels).map(|((ray, hit), labels)| {
+                // Where nothing is met there is no such triangle.
+                let dark = triangles.get(hit.triangle as usize).is_some_and(|triangle| triangle.light == 0);
+                FirstSubspaces { labels: dark.then_some(labels), world_direction: ray.direction }
+            }));
+        }
+        Ok(all)
+    }
+}
+
+fn read<T: bytemuck::Pod>(
+    context: &Context,
+    wavefront: &Wavefront,
+    name: &str,
+    count: u32,
+) -> Result<Vec<T>, DeviceError> {
+    let bytes = wavefront.buffers.read(context, name, u64::from(count) * size_of::<T>() as u64)?;
+    Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
 
 fn upload_tree(

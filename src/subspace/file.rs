@@ -43,8 +43,21 @@ impl Model {
     /// Reads a model of the scene with this hash.
     ///
     /// # Errors
-    /// A file that cannot be read, is none of ours, of another version or scene, cut off or damaged.
+    /// As [`read`](Self::read), or a model of another scene.
     pub fn load(path: &Path, scene_hash: u64) -> Result<Self, SubspaceError> {
+        let model = Self::read(path)?;
+        if model.scene_hash != scene_hash {
+            let (found, expected) = (model.scene_hash, scene_hash);
+            return Err(SubspaceError::WrongScene { path: path.to_owned(), found, expected });
+        }
+        Ok(model)
+    }
+
+    /// Reads a model of any scene.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is none of ours, of another version, cut off or damaged.
+    pub fn read(path: &Path) -> Result<Self, SubspaceError> {
         let at = || path.to_owned();
         let bytes = std::fs::read(path).map_err(|source| SubspaceError::Read { path: at(), source })?;
         let mut header = Reader(&bytes);
@@ -58,7 +71,7 @@ impl Model {
         if version != VERSION {
             return Err(SubspaceError::Version { path: at(), found: version, expected: VERSION });
         }
-        let (found_hash, length) = (header.u64().ok_or_else(least)?, header.u64().ok_or_else(least)?);
+        let (scene_hash, length) = (header.u64().ok_or_else(least)?, header.u64().ok_or_else(least)?);
         let sum = header.u64().ok_or_else(least)?;
         let payload = header.0;
         if (payload.len() as u64) < length {
@@ -70,9 +83,6 @@ impl Model {
         }
         if checksum(&bytes[..HEADER], payload) != sum {
             return Err(damaged("its checksum does not fit"));
-        }
-        if found_hash != scene_hash {
-            return Err(SubspaceError::WrongScene { path: at() });
         }
         let mut reader = Reader(payload);
         let model = decode(&mut reader, scene_hash).filter(|_| reader.0.is_empty());

@@ -11,7 +11,7 @@ pub const MOST_SUBSPACES: u32 = 1000;
 /// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1).
 const NODES_A_PAIR: f64 = 40.0;
 /// How Gamma is improved from the contribution matrix on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Optimiser {
     /// Majorise and minimise: no step size, never raises the loss.

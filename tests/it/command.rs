@@ -12,43 +12,43 @@ use serde_json::json;
 use crate::gltf_file::GltfFile;
 
 /// A folder to run in.
-struct Case {
+pub struct Case {
     folder: tempfile::TempDir,
 }
 
 impl Case {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self { folder: tempfile::tempdir().expect("a folder") }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn command(&self, program: impl AsRef<OsStr>) -> Command {
+    pub fn command(&self, program: impl AsRef<OsStr>) -> Command {
         let mut command = Command::new(program);
         command.current_dir(self.folder.path()).env_remove("RUST_LOG");
         command
     }
 
     /// Runs `halfway` with arguments separated by spaces.
-    fn run(&self, arguments: &str) -> Run {
+    pub fn run(&self, arguments: &str) -> Run {
         let mut command = self.command(env!("CARGO_BIN_EXE_halfway"));
         Run::of(command.args(arguments.split_whitespace()).output().expect("halfway runs"))
     }
 
-    fn write(&self, name: &str, file: &GltfFile) {
+    pub fn write(&self, name: &str, file: &GltfFile) {
         std::fs::write(self.path(name), file.gltf()).expect("a writable folder");
     }
 
     /// The picture at the default name.
-    fn picture(&self, name: &str) -> Picture {
+    pub fn picture(&self, name: &str) -> Picture {
         let picture = Picture::read(&self.path(name)).expect("a valid picture");
         assert!(picture.rgb.iter().flatten().all(|value| value.is_finite()));
         picture
     }
 
-    fn files(&self) -> Vec<String> {
+    pub fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.folder.path()).expect("the folder");
         let mut names: Vec<String> = entries
             .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
@@ -59,14 +59,14 @@ impl Case {
 }
 
 /// How a run ended, what it said on stderr and what it printed on stdout.
-struct Run {
-    code: Option<i32>,
-    said: String,
-    printed: String,
+pub struct Run {
+    pub code: Option<i32>,
+    pub said: String,
+    pub printed: String,
 }
 
 impl Run {
-    fn of(output: Output) -> Self {
+    pub fn of(output: Output) -> Self {
         let [said, printed] =
             [&output.stderr, &output.stdout].map(|text| String::from_utf8_lossy(text).into());
         Self { code: output.status.code(), said, printed }
@@ -74,7 +74,7 @@ impl Run {
 
     /// Asserts the exit code and that every phrase was said, in a message and not in a panic.
     #[track_caller]
-    fn assert(&self, code: i32, phrases: &[&str]) {
+    pub fn assert(&self, code: i32, phrases: &[&str]) {
         assert_eq!(self.code, Some(code), "{}", self.said);
         assert!(!self.said.contains("panicked"), "{}", self.said);
         for phrase in phrases {

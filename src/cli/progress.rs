@@ -1,0 +1,93 @@
+//! What is told while something takes long, and how Ctrl-C ends it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::error::RenderError;
+use crate::integrator::{Learning, Trained};
+use crate::render::Prepared;
+
+/// Between two lines where there is no terminal.
+const LINE: Duration = Duration::from_secs(10);
+/// Length of the bar of a share.
+const WHOLE: f64 = 1000.0;
+
+/// A bar on a terminal, a line every ten seconds elsewhere; nothing where quiet is asked for.
+pub struct Meter {
+    bar: ProgressBar,
+    quiet: bool,
+    start: Instant,
+    last_line: Instant,
+}
+
+impl Meter {
+    /// `length`: the position at the end, if it is known.
+    pub fn new(quiet: bool, length: Option<u64>) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(length, target);
+        let template = "{bar:30} {percent:>3} %  {msg}  {elapsed} passed, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar, quiet, start: Instant::now(), last_line: Instant::now() }
+    }
+
+    pub fn show(&mut self, position: u64, message: String) {
+        if self.bar.is_hidden() && !self.quiet && self.last_line.elapsed() >= LINE {
+            let done = match self.bar.length() {
+                Some(length) => format!("{:.0} %, ", 100.0 * position as f64 / length.max(1) as f64),
+                None => String::new(),
+            };
+            eprintln!("{:.0} s: {done}{message}", self.start.elapsed().as_secs_f64());
+            self.last_line = Instant::now();
+        }
+        self.bar.set_position(position);
+        self.bar.set_message(message);
+    }
+
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Learns, tells how far it is, and ends at Ctrl-C.
+///
+/// # Errors
+/// As [`Prepared::learn`].
+pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<Trained, RenderError> {
+    let mut meter = Meter::new(quiet, Some(WHOLE as u64));
+    let trained = prepared.learn(|step| {
+        let (what, share) = match step {
+            Learning::TrainingPaths(share) => ("training paths", share),
+            Learning::LightPaths(share) => ("light paths", share),
+            Learning::Fitting => ("subspaces and Gamma", 1.0),
+        };
+        meter.show((share * WHOLE) as u64, format!("learning: {what}"));
+        interrupted()
+    });
+    meter.finish();
+    trained
+}
+
+/// Set by Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Ctrl-C was pressed: end well, and soon.
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// From now on Ctrl-C is heard by [`interrupted`]; a second one ends the process.
+pub fn install_interrupt() {
+    let handler = || {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\ninterrupted: finishing the round and saving what there is (again to stop at once)");
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        log::warn!("Ctrl-C will stop without saving: {error}");
+    }
+}

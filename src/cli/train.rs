@@ -1,0 +1,196 @@
+//! `halfway train`
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context as _;
+use clap::Args;
+
+use super::Exit;
+use super::input::{
+    InputError, SceneArgs, check_folder, choose_camera, default_output, open_device, parse_size, picture_size,
+};
+use super::progress;
+use crate::device::DeviceChoice;
+use crate::integrator::{
+    DEFAULT_CONNECTIONS, DEFAULT_TRAINING_PATHS, MAX_CONNECTIONS, Method, Trained, Training,
+};
+use crate::render::{Prepared, RenderOptions, Report};
+use crate::scene::{Scene, SceneFeatures};
+use crate::subspace::{Optimiser, Settings, TrainingReport};
+
+/// Learn which light vertices of a scene are worth a connection, seen by one of its cameras, and keep it in a file for
+/// `halfway render --integrator spcbpt --model FILE`. Whatever was learnt, pictures stay unbiased: it is about noise only.
+#[derive(Args, Debug)]
+pub struct TrainArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where the model goes (default: the scene's name, .model).
+    #[arg(short, long, value_name = "FILE.model")]
+    output: Option<PathBuf>,
+    /// Full paths to learn from.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_TRAINING_PATHS)]
+    train_paths: u32,
+    /// Subspaces that sub-paths are sorted into, on the eye's and on the light's side (default: as many as the
+    /// training paths can teach).
+    #[arg(long, value_name = "K")]
+    subspaces: Option<u32>,
+    /// Connections of each vertex of an eye path that the render will have. With another number it stays unbiased.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_CONNECTIONS,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_CONNECTIONS)))]
+    connections: u32,
+    /// How Gamma is improved.
+    #[arg(long, value_enum, default_value_t)]
+    optimiser: Optimiser,
+    /// Share of the connections that goes evenly to all light subspaces, above 0 and at most 1.
+    #[arg(long, value_name = "SHARE", default_value_t = Settings::default().uniform_share)]
+    uniform_share: f64,
+    /// Most levels of the classification trees.
+    #[arg(long, value_name = "LEVELS", default_value_t = Settings::default().tree_depth)]
+    tree_depth: u32,
+    /// Size in pixels of the picture that is learnt for (default: the scene's own wish, or 1280x720).
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Which of the scene's cameras, by name or number.
+    #[arg(long, value_name = "CAMERA")]
+    camera: Option<String>,
+    /// Same seed, same device: the same model, bit for bit.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Longest path, in surfaces, of the render to come (default: no limit).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_depth: Option<u32>,
+    /// Device by number or name as `halfway devices` lists them, or cpu.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    device: DeviceChoice,
+    /// Write a report with times, counts and the loss at every step.
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+}
+
+impl TrainArgs {
+    fn training(&self) -> Result<Training, crate::error::SubspaceError> {
+        let settings = Settings {
+            subspaces: self.subspaces,
+            connections: self.connections,
+            optimiser: self.optimiser,
+            uniform_share: self.uniform_share,
+            tree_depth: self.tree_depth,
+            ..Settings::default()
+        };
+        settings.check()?;
+        Ok(Training { paths: self.train_paths, settings })
+    }
+}
+
+/// Learns and writes the model.
+///
+/// # Errors
+/// Bad input, a scene without light, no device, or a file that cannot be written.
+pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
+    check_output(&output)?;
+    let training = args.training()?;
+    let load_start = Instant::now();
+    let mut scene = args.scene.load()?;
+    let camera = choose_camera(&mut scene, args.camera.as_deref())?;
+    check_light(&scene)?;
+    let load_seconds = load_start.elapsed().as_secs_f64();
+
+    progress::install_interrupt();
+    let context = open_device(&args.device, quiet)?;
+    let [width, height] = picture_size(args.size, &scene);
+    let options = RenderOptions {
+        width,
+        height,
+        camera,
+        max_depth: args.max_depth,
+        seed: args.seed,
+        method: Method::SpcBpt { light_paths: None, connections: args.connections, light_tracing: false },
+        training,
+        ..RenderOptions::default()
+    };
+    let mut prepared = Prepared::new(&context, &scene, options)?;
+    let trained = progress::learn(&mut prepared, quiet)?;
+    trained.model.save(&output)?;
+    if let Some(path) = &args.stats {
+        let mut value = stats(&trained, prepared.report());
+        value["device"] = context.describe().into();
+        value["load_seconds"] = load_seconds.into();
+        std::fs::write(path, serde_json::to_string_pretty(&value)?)
+            .with_context(|| format!("cannot write the report to {}", path.display()))?;
+    }
+    if !quiet {
+        summary(&trained);
+    }
+    println!("{}", output.display());
+    Ok(Exit::Done)
+}
+
+/// As for pictures, the name has to say what the file is: a slip never overwrites a scene.
+fn check_output(output: &Path) -> Result<(), InputError> {
+    check_folder(output)?;
+    match output.extension().and_then(|extension| extension.to_str()) {
+        Some("model") => Ok(()),
+        _ => Err(InputError::Usage(format!("name the model .model, not '{}'", output.display()))),
+    }
+}
+
+fn check_light(scene: &Scene) -> Result<(), InputError> {
+    match SceneFeatures::of(scene).lights() {
+        true => Ok(()),
+        false => Err(InputError::Usage(
+            "the scene has no light, so there is nothing to learn; give it an emissive material, a KHR_lights_punctual \
+             light, or an environment with --env"
+                .into(),
+        )),
+    }
+}
+
+fn stats(trained: &Trained, report: &Report) -> serde_json::Value {
+    let model = &trained.model;
+    serde_json::json!({
+        "scene_hash": format!("{:016x}", model.scene_hash),
+        "accel_seconds": report.accel_seconds,
+        "upload_seconds": report.upload_seconds,
+        "pretracing_seconds": report.pretracing_seconds,
+        "preprocessing_seconds": report.preprocessing_seconds,
+        "camera_paths": trained.camera_paths,
+        "subspaces": model.subspaces,
+        "settings": model.settings,
+        "training": model.report,
+    })
+}
+
+fn summary(trained: &Trained) {
+    let (model, report) = (&trained.model, &trained.model.report);
+    let counts = &report.counts;
+    eprintln!(
+        "learnt in {:.2} s: {:.2} s of tracing, {:.2} s of fitting",
+        (trained.tracing + trained.learning).as_secs_f64(),
+        trained.tracing.as_secs_f64(),
+        trained.learning.as_secs_f64()
+    );
+    eprintln!(
+        "from {} paths with {} connections, found among {} camera paths",
+        counts.paths, counts.nodes, trained.camera_paths
+    );
+    eprintln!(
+        "{} subspaces a side: {} eye and {} light subspaces in use",
+        model.subspaces, counts.learnt_rows, counts.active_columns
+    );
+    if let Some(gain) = held_out_gain(report) {
+        eprintln!(
+            "held-out loss {gain:.3} of the start's, after {} of {} steps",
+            report.best_step,
+            report.losses.len().saturating_sub(1)
+        );
+    }
+}
+
+/// The loss on paths that taught nothing, over what it was before the first step.
+pub fn held_out_gain(report: &TrainingReport) -> Option<f64> {
+    let loss = |step: usize| report.losses.get(step)?.held_out;
+    let start = loss(0).filter(|start| *start > 0.0)?;
+    Some(loss(report.best_step as usize)? / start)
+}

@@ -1,0 +1,211 @@
+//! `halfway train` and what its models are for, as a user meets them.
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use halfway::film::Picture;
+
+use crate::command::{Case, Run};
+use crate::gltf_file::GltfFile;
+
+/// A render of next to nothing that connects by subspaces.
+const RENDER: &str = "render builtin:cornell --size 32x32 --spp 1 --integrator spcbpt --seed 3";
+const TRAIN: &str = "train builtin:cornell --size 32x32 --train-paths 2000 --seed 3";
+
+/// A case with `cornell.model`, at the default name.
+fn trained() -> Case {
+    let case = Case::new();
+    let run = case.run(&format!("{TRAIN} --stats train.json"));
+    run.assert(0, &["device: ", "learnt in", "eye and", "held-out loss"]);
+    assert_eq!(run.printed, "cornell.model\n");
+    assert_eq!(case.files(), ["cornell.model", "train.json"]);
+    case
+}
+
+/// Learning first, or before: the same picture, bit for bit, and so is the model.
+#[test]
+fn a_model_stands_for_its_training() {
+    let case = trained();
+    case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &["learnt before from"]);
+    let command = format!("{RENDER} --train-paths 2000 -o by-itself.exr --stats render.json");
+    case.run(&command).assert(0, &["learnt in", "of them tracing"]);
+    assert_eq!(case.picture("by-model.exr").rgb, case.picture("by-itself.exr").rgb);
+
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(case.path(name)).expect("a report")).expect("JSON")
+    };
+    let (train, render) = (json("train.json"), json("render.json"));
+    for key in ["counts", "losses", "best_step", "row_entropy", "q_spread"] {
+        assert_eq!(train["training"][key], render["training"][key], "{key}");
+    }
+    for report in [&train, &render] {
+        let seconds = |key: &str| report[key].as_f64().expect("seconds");
+        assert!(seconds("pretracing_seconds") > 0.0);
+        assert!(seconds("preprocessing_seconds") > seconds("pretracing_seconds"));
+    }
+    assert!(train["camera_paths"].as_u64().is_some_and(|paths| paths >= 1000), "{train}");
+    assert_eq!(train["settings"]["connections"], 3);
+
+    case.run(&format!("{TRAIN} -o again.model")).assert(0, &[]);
+    case.run("info --model again.model").assert(0, &[]);
+    case.run(&format!("{RENDER} --model again.model -o again.exr")).assert(0, &[]);
+    assert_eq!(case.picture("again.exr").rgb, case.picture("by-model.exr").rgb);
+    // Unbiased with another number of connections, so allowed, and said to who asks for more.
+    case.run(&format!("{RENDER} --connections 2 --model cornell.model -v"))
+        .assert(0, &["trained for 3 connections, this render has 2"]);
+}
+
+#[test]
+fn models_that_do_not_fit_end_with_2() {
+    let case = trained();
+    let before = case.files();
+    let refuse = |arguments: &str, phrases: &[&str]| {
+        case.run(&format!("render {arguments} --size 8x8 --spp 1 -o out.exr")).assert(2, phrases);
+        assert_eq!(case.files(), before, "after {arguments}");
+    };
+    let spcbpt = "builtin:cornell -i spcbpt --model";
+    refuse("builtin:cornell --model cornell.model", &["--model", "add --integrator spcbpt"]);
+    refuse("builtin:cornell -i lvcbpt --model cornell.model", &["--model", "add --integrator spcbpt"]);
+    refuse(&format!("{spcbpt} cornell.model --train-paths 9"), &["--model", "--train-paths"]);
+    refuse(&format!("{spcbpt} cornell.model --subspaces 9"), &["--model", "--subspaces"]);
+    refuse("builtin:door -i spcbpt --model cornell.model", &["another scene", "halfway train"]);
+    refuse(&format!("{spcbpt} none.model"), &["none.model", "check that the file is there"]);
+    refuse(&format!("{spcbpt} train.json"), &["train.json is no model", "halfway train"]);
+
+    let whole = std::fs::read(case.path("cornell.model")).expect("the model");
+    let changed = |change: fn(&mut Vec<u8>)| {
+        let mut bytes = whole.clone();
+        change(&mut bytes);
+        std::fs::write(case.path("cornell.model"), bytes).expect("a writable folder");
+    };
+    changed(|bytes| bytes.truncate(1000));
+    refuse(&format!("{spcbpt} cornell.model"), &["cut off", "copy it again, or train again"]);
+    changed(|bytes| bytes[500] ^= 1);
+    refuse(&format!("{spcbpt} cornell.model"), &["damaged", "copy it again, or train again"]);
+    case.run("info --model cornell.model").assert(2, &["damaged"]);
+    changed(|bytes| bytes[8] += 1);
+    refuse(&format!("{spcbpt} cornell.model"), &["version", "train again"]);
+}
+
+#[test]
+fn train_refuses_what_makes_no_sense() {
+    let case = Case::new();
+    case.write("dark.gltf", &GltfFile::triangle());
+    for (arguments, phrase) in [
+        ("builtin:cornell -o out.exr", ".model"),
+        ("builtin:cornell -o no/such/out.model", "no/such"),
+        ("builtin:cornell --uniform-share 0", "uniform_share"),
+        ("builtin:cornell --tree-depth 99", "tree_depth"),
+        ("builtin:cornell --connections 65", "--connections"),
+        ("builtin:cornell --max-depth 0", "--max-depth"),
+        ("builtin:cornell --optimiser adam", "softmax"),
+        ("builtin:cornell --camera 7", "no camera 7"),
+        ("builtin:nowhere", "nowhere"),
+        ("dark.gltf", "no light"),
+    ] {
+        case.run(&format!("train {arguments}")).assert(2, &[phrase]);
+        assert_eq!(case.files(), ["dark.gltf"], "after {arguments}");
+    }
+    let command = format!("{TRAIN} --optimiser softmax --uniform-share 0.2 --tree-depth 4 --subspaces 6 -q");
+    let run = case.run(&command);
+    run.assert(0, &[]);
+    assert_eq!((run.said.as_str(), run.printed.as_str()), ("", "cornell.model\n"));
+    let info = case.run("info --model cornell.model").printed;
+    for phrase in ["6 eye, 6 light: as asked for", "(softmax)", "uniform share 0.2"] {
+        assert!(info.contains(phrase), "'{phrase}' not in\n{info}");
+    }
+}
+
+#[test]
+fn info_tells_what_was_learnt() {
+    let case = trained();
+    let run = case.run("info --model cornell.model");
+    run.assert(0, &[]);
+    for phrase in [
+        "model cornell.model",
+        "subspaces",
+        "learnt",
+        "in use",
+        "entropy",
+        "bits",
+        "held-out paths",
+        "3 connections",
+    ] {
+        assert!(run.printed.contains(phrase), "'{phrase}' not in\n{}", run.printed);
+    }
+    assert!(!run.printed.contains("fits the scene") && !run.printed.contains("NaN"), "{}", run.printed);
+    let fits = |scene: &str| {
+        let run = case.run(&format!("info {scene} --model cornell.model"));
+        run.assert(0, &[]);
+        run.printed.lines().last().expect("a line").to_owned()
+    };
+    assert!(fits("builtin:cornell").ends_with("yes"));
+    assert!(fits("builtin:door").contains("no, "));
+    // Neither needs a scene.
+    assert!(case.run("info --builtins").printed.contains("builtin:door\n"));
+    case.run("info").assert(2, &["--model", "--builtins"]);
+}
+
+#[test]
+fn debug_shows_the_subspaces() {
+    let case = trained();
+    let run = case.run(&format!("{RENDER} --model cornell.model -o out.exr --debug subspaces"));
+    run.assert(0, &[]);
+    let names = ["out.exr", "out.eye-subspaces.png", "out.light-subspaces.png", "out.gamma.png"];
+    assert_eq!(run.printed.lines().collect::<Vec<_>>(), names);
+    // More hues than shades could make, dark where the lamp is.
+    let hues = |picture: &Picture| {
+        let mut found: Vec<[u8; 2]> = Vec::new();
+        for [r, g, b] in picture.rgb.iter().copied().filter(|pixel| *pixel != [0.0; 3]) {
+            let sum = r + g + b;
+            let hue = [r, g].map(|channel| (16.0 * channel / sum) as u8);
+            if !found.contains(&hue) {
+                found.push(hue);
+            }
+        }
+        found.len()
+    };
+    for name in &names[1..3] {
+        let picture = case.picture(name);
+        assert_eq!((picture.width, picture.height), (32, 32));
+        assert!(picture.rgb.contains(&[0.0; 3]), "{name} has no lamp");
+        assert!(hues(&picture) > 4, "{name} has {} hues", hues(&picture));
+    }
+    let gamma = case.picture("out.gamma.png");
+    assert!(gamma.width == gamma.height && (300..600).contains(&gamma.width), "{}", gamma.width);
+    assert!(hues(&gamma) > 4);
+
+    let usage = case.run("render builtin:cornell --debug subspaces");
+    usage.assert(2, &["--debug subspaces", "add --integrator spcbpt"]);
+    case.run("render builtin:cornell --debug nothing").assert(2, &["subspaces"]);
+}
+
+/// Ctrl-C while it learns: nothing is there to save, which is said.
+#[test]
+#[cfg(unix)]
+fn r05_learning_can_be_interrupted() {
+    let start = |arguments: &str| {
+        let case = Case::new();
+        let mut command = case.command(env!("CARGO_BIN_EXE_halfway"));
+        let arguments = format!("{arguments} --size 64x64 --train-paths 1000000000");
+        let said = std::fs::File::create(case.path("said")).expect("a file");
+        let child = command.args(arguments.split(' ')).stderr(said).stdout(Stdio::null()).spawn();
+        (case, child.expect("halfway runs"))
+    };
+    // The first line about the progress comes after ten seconds: of both at once.
+    let runs = ["train builtin:cornell", "render builtin:cornell --integrator spcbpt"].map(start);
+    for (case, mut child) in runs {
+        let said = || std::fs::read_to_string(case.path("said")).expect("the file");
+        let start = Instant::now();
+        while !said().contains("learning: training paths") {
+            assert!(start.elapsed() < Duration::from_secs(120), "no progress:\n{}", said());
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(kill.expect("kill runs").success());
+        let status = child.wait().expect("an end");
+        let run = Run { code: status.code(), said: said(), printed: String::new() };
+        run.assert(130, &["interrupted while it learnt", "nothing to save"]);
+        assert_eq!(case.files(), ["said"]);
+    }
+}
