@@ -29,7 +29,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     var arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
 #if subspaces
-    arrival.edge = light_edge(point, arrival.world_from, shares_in[index]);
+    let share = shares_in[index];
+    arrival.edge = light_edge(point, view.direction, share.x, bitcast<u32>(share.w));
 #endif
     let connection = connect_camera(point, arrival, view);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);

@@ -15,6 +15,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let hit = hits[index];
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
     let world_from = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]).world_from;
-    eye_labels[index] =
-        vec2u(vertex_label(TREE_EYE, point, world_from), vertex_label(TREE_LIGHT, point, world_from));
+    eye_labels[index].x = vertex_label(TREE_EYE, point, world_from);
+#if !subspace_directions
+    eye_labels[index].y = vertex_label(TREE_LIGHT, point, world_from);
+#endif
 }

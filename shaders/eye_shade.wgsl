@@ -75,7 +75,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if lights
 #if subspaces
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
-    let before = select(eye_share(previous.flags, shares.share, shares.labels.y), 0.0, is_delta);
+    let label = eye_light_label(point, departure.direction, shares.labels.y);
+    let before = select(eye_share(previous.flags, shares.share, label), 0.0, is_delta);
     // What was sampled is f |cos| / density; roulette is in both.
     let f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
     let cos_from = abs(dot(arrival.world_from, point.world_ng));

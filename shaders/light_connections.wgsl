@@ -98,7 +98,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let vertex = light_vertices[selection.vertex];
     let light_depth = vertex.depth_kind & 0xffffu;
-    let kind = vertex.depth_kind >> 16u;
+    let kind = kind_of(vertex);
     let wanted = batch.only_s == EVERY_STRATEGY
         || (batch.only_s == light_depth + 1u && batch.only_t == depth + 2u);
     if depth + light_depth + 2u > batch.max_depth || !wanted || !any(vertex.weight != vec3f(0.0)) {

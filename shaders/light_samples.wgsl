@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let vertex = light_vertices[light_order[index]];
-    let kind = vertex.depth_kind >> 16u;
+    let kind = kind_of(vertex);
     var feature = LightFeature(vec3f(0.0), magnitude(vertex.weight), vec3f(0.0), 0u, vertex.world_from, 0u);
     if kind <= LIGHT_TRIANGLE + 1u {
         let point = surface_point(vertex.index, vertex.b1, vertex.b2);

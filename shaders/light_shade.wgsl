@@ -38,8 +38,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let surface = point_surface(point);
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
 #if subspaces
-    arrival.edge = light_edge(point, arrival.world_from, shares_in[index]);
+    let share = shares_in[index];
+    let column = bitcast<u32>(share.w);
     let label = vertex_label(TREE_LIGHT, point, arrival.world_from);
+#if subspace_directions
+    // Waits for the direction on.
+    arrival.edge = 0.0;
+#else
+    arrival.edge = light_edge(point, arrival.world_from, share.x, column);
+#endif
 #else
     let label = 0u;
 #endif
@@ -65,6 +72,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 light_path,
                 number | (label << 16u),
             );
+#if subspace_directions
+            light_vertices[slot].edge = share.x;
+            light_vertices[slot].depth_kind |= column << 20u;
+#endif
         }
     }
 #endif
@@ -74,7 +85,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
-    let departure = sample_departure(point, surface, point_frame(point), arrival, u, false);
+    var departure = sample_departure(point, surface, point_frame(point), arrival, u, false);
+#if subspace_directions
+    if !is_delta {
+        departure.next.ratio += light_edge(point, departure.direction, share.x, column) / arrival.pdf_area;
+    }
+#endif
     let slot_out = send_on(ray.path, depth, point, departure, throughput);
     if slot_out == PATH_ENDS {
         return;

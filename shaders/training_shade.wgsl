@@ -30,6 +30,7 @@ fn light_was_hit(ray: PathRay, light: vec3f, others: f32, pdf: f32, geometry: f3
     if contribution > 0.0 {
         let end = TrainingEnd(
             light * (weight / pdf), ray.path, vec3f(0.0), depth, contribution, weight, geometry, index, at, 0u, 0u,
+            ray.direction, 0u,
         );
         write_end(end);
     }
@@ -140,6 +141,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                     sample.light,
                     sample.at,
                     0u,
+                    0u,
+                    sample.direction,
                     0u,
                 ));
                 if shadow.cell < arrayLength(&training_ends) {

@@ -115,11 +115,6 @@ pub enum DeviceError {
         "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
     )]
     TreeTooDeep { depth: u32, limit: u32 },
-    #[error(
-        "pre-tracing left {needed} records where {capacity} fit; limit the length of paths with --max-depth, and please \
-         report the scene"
-    )]
-    TrainingFull { needed: u32, capacity: u32 },
     #[error(transparent)]
     Math(#[from] MathError),
     #[error(transparent)]

@@ -10,7 +10,8 @@ struct LightVertex {
     index: u32,
     /// Unit direction to the vertex before; at depth 0 to an infinitely far light.
     world_from: vec3f,
-    /// Depth in the low 16 bits; above them 0, or at depth 0 LIGHT_* plus one.
+    /// Depth in the low 16 bits; above them in 4 bits 0, or at depth 0 LIGHT_* plus one. With `subspace_directions`, in
+    /// the highest 12, the light subspace of the vertex before.
     depth_kind: u32,
     b1: f32,
     b2: f32,
@@ -20,12 +21,18 @@ struct LightVertex {
     ratio: f32,
     /// Turns a density per solid angle towards the vertex before into its density per area there.
     to_previous: f32,
-    /// Density of connecting this vertex, as an eye vertex, to the one before: lib/mis.
+    /// Density of connecting this vertex, as an eye vertex, to the one before: lib/mis. With `subspace_directions`, which
+    /// make it depend on the direction to the camera's side, |w| / Q of the vertex before, 0 for a delta vertex.
     edge: f32,
     /// Light path, and the vertex's number among those that the path has in the cache; above its 16 bits the light
     /// subspace.
     path: u32,
     number_label: u32,
+}
+
+/// 0, or for a point on a light LIGHT_* plus one.
+fn kind_of(vertex: LightVertex) -> u32 {
+    return (vertex.depth_kind >> 16u) & 0xfu;
 }
 
 @group(3) @binding(0) var<storage, read_write> light_vertices: array<LightVertex>;

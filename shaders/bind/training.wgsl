@@ -38,6 +38,9 @@ struct TrainingEnd {
     at: vec2f,
     pad0: u32,
     pad1: u32,
+    /// From x_{n-1} to the light.
+    direction: vec3f,
+    pad2: u32,
 }
 
 struct TrainingCounts {

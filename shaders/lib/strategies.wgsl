@@ -101,7 +101,7 @@ struct EyeShares {
 
 /// Connects an eye vertex that is no delta vertex.
 fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
-    let kind = vertex.depth_kind >> 16u;
+    let kind = kind_of(vertex);
     var connection = Connection(link_to(eye_point, vertex, kind), vec3f(0.0), 1.0);
     let link = connection.link;
     if link.to_light == 0.0 {
@@ -145,7 +145,12 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
             light *= value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
             let pdf_back = value.pdf_back_solid * survives * vertex.to_previous;
-            light_step = mis_step(vertex.ratio, pdf_back, vertex.edge, vertex.pdf_area);
+#if subspace_directions
+            let edge = light_edge(point, world_to, vertex.edge, vertex.depth_kind >> 20u);
+#else
+            let edge = vertex.edge;
+#endif
+            light_step = mis_step(vertex.ratio, pdf_back, edge, vertex.pdf_area);
         }
     }
     var medium = medium_towards(eye_point, link.direction);
@@ -157,7 +162,8 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
     connection.light = light * f_eye * geometry;
 #if subspaces
     let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * magnitude(vertex.weight);
-    let before = eye_share(arrival.flags, shares.share, shares.labels.y);
+    let label = eye_light_label(eye_point, link.direction, shares.labels.y);
+    let before = eye_share(arrival.flags, shares.share, label);
     let cos_from = abs(dot(arrival.world_from, eye_point.world_ng));
     let continued = shares.share.rgb * f_eye * (cos_from * arrival.to_previous) + before;
     let nearer = magnitude(light * geometry * continued) / arrival.pdf_area;

@@ -37,14 +37,24 @@ fn connection_share(eye_label: u32, light_label: u32) -> f32 {
     return f32(CELLS) * gamma_pdf[eye_label * SUBSPACES + light_label] * inv_q[light_label];
 }
 
-/// c between a light path's vertex, if it is no delta vertex, and the one before it, of which `share` tells.
-fn light_edge(point: SurfacePoint, world_from: vec3f, share: vec4f) -> f32 {
-    if share.x == 0.0 {
+/// c between a light path's vertex, if it is no delta vertex, and the one before it, which has |w| / Q of `share` and the
+/// light subspace `column`. `world_to`: to the vertex that is nearer to the camera.
+fn light_edge(point: SurfacePoint, world_to: vec3f, share: f32, column: u32) -> f32 {
+    if share == 0.0 {
         return 0.0;
     }
-    let column = bitcast<u32>(share.w);
-    let row = vertex_label(TREE_EYE, point, world_from);
-    return f32(CELLS) * gamma_pdf[row * SUBSPACES + column] * share.x;
+    let row = vertex_label(TREE_EYE, point, world_to);
+    return f32(CELLS) * gamma_pdf[row * SUBSPACES + column] * share;
+}
+
+/// Light subspace of an eye path's vertex to which light comes from `world_to`. `known`: what it is where directions do
+/// not matter.
+fn eye_light_label(point: SurfacePoint, world_to: vec3f, known: u32) -> u32 {
+#if subspace_directions
+    return vertex_label(TREE_LIGHT, point, world_to);
+#else
+    return known;
+#endif
 }
 
 /// N Gamma / Q between an eye path's vertex, if it is no delta vertex, and the one before it.

@@ -48,6 +48,10 @@ pub struct TrainArgs {
     /// Most levels of the classification trees.
     #[arg(long, value_name = "LEVELS", default_value_t = Settings::default().tree_depth)]
     tree_depth: u32,
+    /// Weight of the direction that a sub-path arrives from, beside that of the surface's normal, in sorting it; 0: it
+    /// does not count. Anything else makes rendering slower.
+    #[arg(long, value_name = "WEIGHT", default_value_t = Settings::default().direction_weight)]
+    direction_weight: f32,
     /// Size in pixels of the picture that is learnt for (default: the scene's own wish, or 1280x720).
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -76,6 +80,7 @@ impl TrainArgs {
             optimiser: self.optimiser,
             uniform_share: self.uniform_share,
             tree_depth: self.tree_depth,
+            direction_weight: self.direction_weight,
             ..Settings::default()
         };
         settings.check()?;

@@ -189,6 +189,8 @@ device_struct! {
         pub at: [f32; 2],
         pub pad0: u32,
         pub pad1: u32,
+        pub direction: [f32; 3],
+        pub pad2: u32,
     }
 }
 

@@ -89,6 +89,7 @@ impl Bidirectional {
             bidirectional: true,
             splats: method.traces_light(),
             subspaces: model.map_or(0, |model| model.subspaces),
+            subspace_directions: model.is_some_and(|model| model.settings.direction_weight > 0.0),
         };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let pixels = settings.region.pixels();

@@ -1,17 +1,16 @@
 //! Pre-tracing: eye paths with known densities for Gamma, light paths for Q, and the training with them.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
 
-use crate::device::Context;
 use crate::device::layout::{
     Batch, Camera, LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, Light, LightFeature, PunctualLight, TrainingEnd,
     TrainingVertex, Triangle,
 };
 use crate::device::scene::DeviceScene;
+use crate::device::{Context, Kernel};
 use crate::error::{DeviceError, RenderError};
 use crate::math::rng::seed_key;
 use crate::subspace::{
@@ -23,9 +22,9 @@ use super::bidirectional::Bidirectional;
 use super::wavefront::{Bounce, Size, Stage, Wavefront};
 use super::{Method, Settings};
 
-/// Camera paths traced at a time, and records that they may leave: twice what was ever seen.
-const PATHS_A_BATCH: u32 = 1 << 14;
-const RECORDS: u32 = PATHS_A_BATCH * 32;
+/// Camera paths traced at a time, and room for their records at first; it grows where that is too little.
+const PATHS_A_BATCH: u32 = 1 << 16;
+const FIRST_RECORDS: u32 = PATHS_A_BATCH * 8;
 /// Light paths for Q: more do not lower the error (`prototype.md`, 5).
 const LIGHT_PATHS: u32 = 200_000;
 /// Camera paths for each training path after which the search ends: light that is so hard to find teaches little.
@@ -100,17 +99,22 @@ pub fn train(
     let mut set = TrainingSet::new(settings.width, settings.height);
     let mut camera_paths = 0;
     let wanted = training.paths as usize;
-    let mut sample = 0;
+    // Samples of every pixel so far, and in the next round: as many as are likely to be enough.
+    let (mut sample, mut samples) = (0, 1);
+    let most_samples = (PATHS_A_BATCH / settings.region.pixels()).max(1);
     let patience = PATIENCE * wanted as u64;
     let mut go_on = |step: Learning| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
     while set.paths().len() < wanted && camera_paths < patience {
-        for batch in batches(&bidirectional.wavefront, sample) {
+        for batch in batches(&bidirectional.wavefront, sample, samples) {
             pretrace.trace(context, &mut bidirectional.wavefront, &batch, &mut set)?;
             camera_paths += u64::from(batch.pixel_count * batch.sample_count);
             let found = set.paths().len() as f64 / wanted as f64;
             go_on(Learning::TrainingPaths(found.max(camera_paths as f64 / patience as f64).min(1.0)))?;
         }
-        sample += 1;
+        sample += samples;
+        let found = set.paths().len();
+        let missing = wanted.saturating_sub(found) as u64 * u64::from(sample);
+        samples = missing.div_ceil(found.max(1) as u64).clamp(1, u64::from(most_samples)) as u32;
     }
     let lights = light_samples(context, &mut bidirectional, &mut go_on)?;
     go_on(Learning::Fitting)?;
@@ -121,8 +125,8 @@ pub fn train(
     Ok(Trained { model: Arc::new(model), tracing, learning: start.elapsed() - tracing, camera_paths })
 }
 
-/// One sample of every pixel, in batches that leave room for their records.
-fn batches(wavefront: &Wavefront, sample: u32) -> Vec<Batch> {
+/// Samples of every pixel, all of small pictures at a time.
+fn batches(wavefront: &Wavefront, sample: u32, samples: u32) -> Vec<Batch> {
     let template = wavefront.batches(sample, 1)[0];
     let pixels = wavefront.settings.region.pixels();
     (0..pixels)
@@ -130,7 +134,7 @@ fn batches(wavefront: &Wavefront, sample: u32) -> Vec<Batch> {
         .map(|first_pixel| Batch {
             first_pixel,
             pixel_count: PATHS_A_BATCH.min(pixels - first_pixel),
-            sample_count: 1,
+            sample_count: samples,
             seed: seed_key(wavefront.settings.seed).wrapping_add(TRAINING_STREAM),
             max_depth: template.max_depth.min(LONGEST_PATH),
             ..template
@@ -140,26 +144,41 @@ fn batches(wavefront: &Wavefront, sample: u32) -> Vec<Batch> {
 
 /// The kernels of pre-tracing.
 struct Pretrace {
+    shade: Kernel,
+    occlusion: Kernel,
     bounce: Bounce,
+    /// Room for so many.
+    records: u32,
 }
 
 impl Pretrace {
     fn new(context: &Context, wavefront: &mut Wavefront) -> Result<Self, DeviceError> {
-        let records = u64::from(RECORDS);
-        wavefront.buffers.create(
-            context,
-            "training_vertices",
-            records * size_of::<TrainingVertex>() as u64,
-        )?;
-        wavefront.buffers.create(context, "training_ends", records * size_of::<TrainingEnd>() as u64)?;
         wavefront.buffers.create(context, "training_counts", 8)?;
-        // The cells of connections are those of records here.
-        wavefront.buffers.create(context, "radiance", records * 16)?;
-        let kernel = wavefront.compile(context, "training_shade", &[])?;
-        let shade = wavefront.bind_pair(context, &kernel)?;
+        let shade = wavefront.compile(context, "training_shade", &[])?;
         let occlusion = wavefront.compile(context, "occlusion", &["any_hit"])?;
-        let occlusion = occlusion.bind(context, &wavefront.buffers)?;
-        let bounce = [0, 1].map(|parity: usize| {
+        let mut pretrace = Self { shade, occlusion, bounce: [Vec::new(), Vec::new()], records: 0 };
+        pretrace.make_room(context, wavefront, FIRST_RECORDS)?;
+        Ok(pretrace)
+    }
+
+    /// Makes buffers for `records` of each kind and binds what writes them.
+    fn make_room(
+        &mut self,
+        context: &Context,
+        wavefront: &mut Wavefront,
+        records: u32,
+    ) -> Result<(), DeviceError> {
+        for (name, size) in [
+            ("training_vertices", size_of::<TrainingVertex>()),
+            ("training_ends", size_of::<TrainingEnd>()),
+            // The cells of connections are those of ends here.
+            ("radiance", 16),
+        ] {
+            wavefront.buffers.create(context, name, u64::from(records) * size as u64)?;
+        }
+        let shade = wavefront.bind_pair(context, &self.shade)?;
+        let occlusion = self.occlusion.bind(context, &wavefront.buffers)?;
+        self.bounce = [0, 1].map(|parity: usize| {
             vec![
                 Stage::new(&wavefront.closest_hit[parity], Size::Paths),
                 Stage::new(&shade[parity], Size::Paths),
@@ -168,7 +187,8 @@ impl Pretrace {
                 Stage::new(&wavefront.advance, Size::Count(1)),
             ]
         });
-        Ok(Self { bounce })
+        self.records = records;
+        Ok(())
     }
 
     /// Traces a batch and adds the paths that found light.
@@ -179,21 +199,26 @@ impl Pretrace {
         batch: &Batch,
         set: &mut TrainingSet,
     ) -> Result<(), DeviceError> {
-        let mut encoder = context.device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(wavefront.buffers.get("training_counts")?, 0, None);
-        context.queue.submit([encoder.finish()]);
-        let first_rays = wavefront.camera_rays.clone();
-        let encoder = wavefront.start(context, batch, &first_rays)?;
-        wavefront.bounce(context, encoder, &self.bounce, batch.max_depth)?;
-        let counts: [u32; 2] =
-            bytemuck::pod_read_unaligned(&wavefront.buffers.read(context, "training_counts", 8)?);
-        if counts.iter().any(|&count| count > RECORDS) {
-            return Err(DeviceError::TrainingFull { needed: counts[0].max(counts[1]), capacity: RECORDS });
-        }
-        let vertices: Vec<TrainingVertex> = read(context, wavefront, "training_vertices", counts[0])?;
-        let ends: Vec<TrainingEnd> = read(context, wavefront, "training_ends", counts[1])?;
-        let visible: Vec<[f32; 4]> = read(context, wavefront, "radiance", counts[1])?;
-        gather(batch, vertices, ends, &visible, set);
+        let [vertex_count, end_count] = loop {
+            let mut encoder = context.device.create_command_encoder(&Default::default());
+            encoder.clear_buffer(wavefront.buffers.get("training_counts")?, 0, None);
+            context.queue.submit([encoder.finish()]);
+            let first_rays = wavefront.camera_rays.clone();
+            let encoder = wavefront.start(context, batch, &first_rays)?;
+            wavefront.bounce(context, encoder, &self.bounce, batch.max_depth)?;
+            let counts: [u32; 2] =
+                bytemuck::pod_read_unaligned(&wavefront.buffers.read(context, "training_counts", 8)?);
+            let needed = counts[0].max(counts[1]);
+            if needed <= self.records {
+                break counts;
+            }
+            // Once more with room for all.
+            self.make_room(context, wavefront, needed.saturating_add(needed / 4))?;
+        };
+        let vertices: Vec<TrainingVertex> = read(context, wavefront, "training_vertices", vertex_count)?;
+        let ends: Vec<TrainingEnd> = read(context, wavefront, "training_ends", end_count)?;
+        let visible: Vec<[f32; 4]> = read(context, wavefront, "radiance", end_count)?;
+        gather(batch, &vertices, ends, &visible, set);
         Ok(())
     }
 }
@@ -211,16 +236,22 @@ fn read<T: bytemuck::Pod>(
 /// From records, which come in any order, to paths in the order of their pixels.
 fn gather(
     batch: &Batch,
-    mut vertices: Vec<TrainingVertex>,
+    records: &[TrainingVertex],
     ends: Vec<TrainingEnd>,
     visible: &[[f32; 4]],
     set: &mut TrainingSet,
 ) {
-    let depth = |vertex: &TrainingVertex| vertex.depth_delta & 0xffff;
-    vertices.sort_unstable_by_key(|vertex| (vertex.path, depth(vertex)));
-    let mut first_of: HashMap<u32, usize> = HashMap::new();
-    for (index, vertex) in vertices.iter().enumerate() {
-        first_of.entry(vertex.path).or_insert(index);
+    // The vertices of a path have all depths from 0 on, each once.
+    let mut first_of = vec![0; (batch.pixel_count * batch.sample_count) as usize + 1];
+    for vertex in records {
+        first_of[vertex.path as usize + 1] += 1;
+    }
+    for path in 1..first_of.len() {
+        first_of[path] += first_of[path - 1];
+    }
+    let mut vertices = vec![TrainingVertex::default(); records.len()];
+    for vertex in records {
+        vertices[first_of[vertex.path as usize] + (vertex.depth_delta & 0xffff) as usize] = *vertex;
     }
     let mut ends: Vec<TrainingEnd> = ends
         .into_iter()
@@ -231,7 +262,7 @@ fn gather(
     ends.sort_unstable_by_key(|end| (end.path, end.depth_sampled & 0xffff, end.depth_sampled >> 16));
     let mut nodes = Vec::new();
     for end in &ends {
-        let first = first_of[&end.path];
+        let first = first_of[end.path as usize];
         let last = first + (end.depth_sampled & 0xffff) as usize;
         nodes.clear();
         connections(&vertices[first..=last], end, &mut nodes);
@@ -254,9 +285,10 @@ fn connections(vertices: &[TrainingVertex], end: &TrainingEnd, nodes: &mut Vec<T
         let next = vertices.get(j + 1);
         if !is_delta(vertex) && !next.is_some_and(is_delta) {
             let light = match next {
-                Some(next) => {
-                    LightEnd::Surface(Feature { direction: towards_light(vertices, j + 1), ..feature(next) })
-                }
+                Some(next) => LightEnd::Surface(Feature {
+                    direction: towards_light(vertices, j + 1, end),
+                    ..feature(next)
+                }),
                 None => LightEnd::Source { light: end.light, at: end.at },
             };
             nodes.push(TrainingNode { eye: feature(vertex), light, mass: arriving.element_sum() as f32 });
@@ -279,10 +311,9 @@ fn feature(vertex: &TrainingVertex) -> Feature {
     }
 }
 
-/// Unit direction from a vertex to the one after it, as a light sub-path that ends at it looks back; that of the last
-/// one, to the light, is not recorded: zero. (Only a classification by directions would see it.)
-fn towards_light(vertices: &[TrainingVertex], index: usize) -> Vec3 {
-    vertices.get(index + 1).map_or(Vec3::ZERO, |next| {
+/// Unit direction from a vertex to the one after it, as a light sub-path that ends at it looks back.
+fn towards_light(vertices: &[TrainingVertex], index: usize, end: &TrainingEnd) -> Vec3 {
+    vertices.get(index + 1).map_or(end.direction.into(), |next| {
         (Vec3::from(next.position) - Vec3::from(vertices[index].position)).normalize_or_zero()
     })
 }

@@ -96,6 +96,8 @@ pub(super) struct Form {
     pub splats: bool,
     /// Vertices are classified into so many subspaces; 0: not at all.
     pub subspaces: u32,
+    /// Directions count in the classification.
+    pub subspace_directions: bool,
 }
 
 /// Kernels and queues of a path-space wavefront.
@@ -141,6 +143,9 @@ impl Wavefront {
         }
         if form.subspaces > 0 {
             features.insert("subspaces");
+        }
+        if form.subspace_directions {
+            features.insert("subspace_directions");
         }
         if context.is_cpu() {
             features.insert("one_lane");

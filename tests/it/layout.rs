@@ -204,7 +204,14 @@ struct Validated(HashSet<String>);
 
 impl Validated {
     fn check(&mut self, features: &SceneFeatures) {
-        for extra in [None, Some("any_hit"), Some("deep_tree"), Some("subspaces"), Some("one_lane")] {
+        for extra in [
+            &[][..],
+            &["any_hit"],
+            &["deep_tree"],
+            &["subspaces"],
+            &["one_lane"],
+            &["subspaces", "subspace_directions"],
+        ] {
             let mut features = kernel_features(features);
             features.extend(extra);
             for kernel in kernels() {
