@@ -125,11 +125,13 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         None => Vec::new(),
     };
     let mut prepared = Prepared::new(&context, &scene, options.clone())?;
+    let mut learning = Duration::ZERO;
     if prepared.must_learn() {
-        progress::learn(&mut prepared, quiet)?;
+        let trained = progress::learn(&mut prepared, quiet)?;
+        learning = trained.tracing + trained.learning;
     }
     let mut renderer = prepared.renderer()?;
-    let mut meter = meter(quiet, &options.budget);
+    let mut meter = meter(quiet, &options.budget, learning);
     let (mut last_save, mut last_view) = (Instant::now(), Instant::now());
     let title = args.scene.scene.to_string_lossy();
     let record = Record { args, method: options.method, scene_hash, device: context.describe() };
@@ -268,12 +270,13 @@ fn check_output(output: &Path) -> Result<(), InputError> {
     }
 }
 
-fn meter(quiet: bool, budget: &Budget) -> Meter {
+/// `learning` is part of a budget of time, and over.
+fn meter(quiet: bool, budget: &Budget, learning: Duration) -> Meter {
     Meter::new(
         quiet,
         match (budget.samples, budget.time) {
             (Some(samples), _) => Some(u64::from(samples)),
-            (None, Some(time)) => Some(time.as_millis() as u64),
+            (None, Some(time)) => Some(time.saturating_sub(learning).as_millis() as u64),
             (None, None) => None,
         },
     )
