@@ -45,7 +45,7 @@ pub fn renders(
     pictures.collect()
 }
 
-fn mean(picture: &[DVec3]) -> f64 {
+pub fn mean(picture: &[DVec3]) -> f64 {
     picture.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f64>() / picture.len() as f64
 }
 
@@ -124,7 +124,7 @@ fn c14_strategies_add_up() {
 pub const SIZE: [u32; 2] = [48, 48];
 
 /// The path tracer's pictures of a scene, from 10 seeds, made once for all tests.
-fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
+pub fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
     static KNOWN: Mutex<BTreeMap<String, Arc<Vec<Vec<DVec3>>>>> = Mutex::new(BTreeMap::new());
     let mut known = KNOWN.lock().expect("no test panics in here");
     let made = || Arc::new(renders(scene, &options(SIZE, 32), 100..110));
@@ -133,7 +133,7 @@ fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
 
 /// Tile means of independent renders of two methods, by Welch's test over all tiles.
 #[track_caller]
-fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
+pub fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
     assert_options_same_as_path(scene, &RenderOptions { method, ..options(SIZE, samples) });
 }
 
