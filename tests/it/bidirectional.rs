@@ -124,7 +124,7 @@ fn c14_strategies_add_up() {
 pub const SIZE: [u32; 2] = [48, 48];
 
 /// The path tracer's pictures of a scene, from 10 seeds, made once for all tests.
-pub fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
+fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
     static KNOWN: Mutex<BTreeMap<String, Arc<Vec<Vec<DVec3>>>>> = Mutex::new(BTreeMap::new());
     let mut known = KNOWN.lock().expect("no test panics in here");
     let made = || Arc::new(renders(scene, &options(SIZE, 32), 100..110));

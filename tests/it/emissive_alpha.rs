@@ -15,27 +15,24 @@ use crate::stats::Moments;
 const BDPT_T1: Method = Method::Bdpt { light_tracing: true };
 const LVCBPT: Method = Method::LvcBpt { light_paths: Some(600), connections: 2, light_tracing: true };
 
-/// A square lamp above a point of the floor, a quarter there everywhere.
-fn blended() -> (Scene, f64) {
-    let lamp = Material { alpha: 0.25, alpha_mode: AlphaMode::Blend, ..lamp(1.0) };
-    (scene([(grey(0.5), horizontal(0.02, 0.0, true)), (lamp, horizontal(1.0, 1.0, false))]), 0.25)
-}
-
-/// The same, all there on one side of the point only.
-fn masked() -> (Scene, f64) {
-    let (mut scene, _) = blended();
-    let texels = vec![[255; 4], [255, 255, 255, 100]];
-    scene.images.push(Image { name: "half".into(), width: 2, height: 1, texels });
+/// A square lamp above a point of the floor, always with a texture: one set of kernels for all.
+fn lamp_of(alpha_mode: AlphaMode, alpha: f32, opacities: [u8; 2]) -> Scene {
+    let texels = opacities.map(|opacity| [255, 255, 255, opacity]).to_vec();
+    let reference = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
+    let lamp = Material { alpha, alpha_mode, base_color_texture: Some(reference), ..lamp(1.0) };
+    let mut scene = scene([(grey(0.5), horizontal(0.02, 0.0, true)), (lamp, horizontal(1.0, 1.0, false))]);
+    scene.images.push(Image { name: "opacity".into(), width: 2, height: 1, texels });
     scene.textures.push(Texture { image: 0, wrap: [Wrap::Clamp; 2], filter: Filter::Nearest });
-    let half = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
-    let mask = AlphaMode::Mask { cutoff: 0.5 };
-    scene.materials[1] = Material { alpha_mode: mask, base_color_texture: Some(half), ..lamp(1.0) };
-    (scene, 0.5)
+    scene
 }
 
 #[test]
 fn emitters_shine_as_far_as_they_are_there() {
-    for (what, (mut scene, share)) in [("blended", blended()), ("masked", masked())] {
+    // A quarter there everywhere; all there on one side of the point only.
+    for (what, mut scene, share) in [
+        ("blended", lamp_of(AlphaMode::Blend, 0.25, [255, 255]), 0.25),
+        ("masked", lamp_of(AlphaMode::Mask { cutoff: 0.5 }, 1.0, [255, 100]), 0.5),
+    ] {
         scene.cameras = vec![
             spot_camera(),
             shapes::looking_at("up", DVec3::new(0.0, 0.1, 0.0), DVec3::new(0.0, 1.0, 1e-4), 30.0),
