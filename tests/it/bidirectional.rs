@@ -45,7 +45,7 @@ pub fn renders(
     pictures.collect()
 }
 
-fn mean(picture: &[DVec3]) -> f64 {
+pub fn mean(picture: &[DVec3]) -> f64 {
     picture.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f64>() / picture.len() as f64
 }
 
@@ -133,7 +133,7 @@ fn path_renders(scene: &Scene) -> Arc<Vec<Vec<DVec3>>> {
 
 /// Tile means of independent renders of two methods, by Welch's test over all tiles.
 #[track_caller]
-fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
+pub fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
     assert_options_same_as_path(scene, &RenderOptions { method, ..options(SIZE, samples) });
 }
 

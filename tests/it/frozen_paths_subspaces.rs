@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 use halfway::device::layout::TreeNode;
 use halfway::math::equal_area::sphere_to_square;
 use halfway::scene::builtin::{builtin, shapes};
-use halfway::scene::{LightKind, Material, Scene};
+use halfway::scene::{AlphaMode, LightKind, Material, Scene};
 use halfway::subspace::tree::Growth;
 use halfway::subspace::{Feature, LightEnd, Model, Settings, SourceLabels, TrainingReport, Tree};
 
@@ -256,7 +256,7 @@ fn c06_subspaces_bumpy_plane() {
 }
 
 /// A corner of walls of one pure colour each: light of other channels arrives and does not go on.
-fn pure_colors() -> Scene {
+pub fn pure_colors() -> Scene {
     let pure = |color: [f32; 3]| Material::lambert("pure", color.into());
     let wall = |x: f64| shapes::quad(glam::DVec3::new(x, 0.0, -1.0), glam::DVec3::Y, glam::DVec3::Z * 2.0);
     let mut scene = scene([
@@ -264,7 +264,8 @@ fn pure_colors() -> Scene {
         (Material { double_sided: true, ..pure([0.7, 0.6, 0.0]) }, wall(-1.0)),
         (Material { double_sided: true, ..pure([0.9, 0.0, 0.5]) }, wall(1.0)),
         (grey(0.7), horizontal(2.0, 1.2, false)),
-        (lamp(3.0), horizontal(0.5, 1.1, false)),
+        // Half there, and half as strong as a light: |f_y| knows.
+        (Material { alpha: 0.6, alpha_mode: AlphaMode::Blend, ..lamp(3.0) }, horizontal(0.5, 1.1, false)),
     ]);
     scene.name = "pure colours".into();
     scene.cameras.push(shapes::looking_at(
@@ -282,7 +283,7 @@ fn c06_subspaces_pure_colors() {
 }
 
 /// Glass that absorbs, smooth and rough, over a floor.
-fn dark_glass() -> Scene {
+pub fn dark_glass() -> Scene {
     let glass = |roughness| Material {
         metallic: 0.0,
         transmission: 1.0,

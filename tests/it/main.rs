@@ -16,6 +16,7 @@ mod compare;
 mod degenerate;
 mod determinism;
 mod device;
+mod emissive_alpha;
 mod environment;
 mod film;
 mod film_sums;

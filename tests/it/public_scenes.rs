@@ -6,10 +6,11 @@ use glam::{DVec3, Vec3};
 use halfway::film::Picture;
 use halfway::film::metric::{self, Comparison};
 use halfway::film::tonemap::View;
-use halfway::integrator::{DEFAULT_CONNECTIONS, Method};
+use halfway::integrator::{DEFAULT_CONNECTIONS, Method, Training};
 use halfway::render::RenderOptions;
 use halfway::scene::Scene;
 use halfway::scene::gltf::{LoadOptions, load};
+use halfway::subspace::Settings;
 
 use crate::bidirectional::renders;
 use crate::shots::{options, render};
@@ -81,7 +82,7 @@ impl Public {
     /// in the spread of the means. The ratio of the means with its standard error, and the probability that noise
     /// alone brings any tile so far off.
     fn compare_runs(&self, method: Method, samples: u32, runs: u64) -> ([f64; 2], f64) {
-        let options = RenderOptions { method, ..options(self.size, samples) };
+        let options = RenderOptions { method, training: quick_training(), ..options(self.size, samples) };
         let pictures = renders(&self.scene, &options, 0..runs);
         let pixels = self.reference.rgb.len();
         let layers = ["R", "G", "B"].map(|c| self.reference.channel("variance", c).expect("a variance"));
@@ -129,6 +130,13 @@ impl Public {
     }
 }
 
+/// Few paths teach enough for pictures of a few samples.
+fn quick_training() -> Training {
+    Training { paths: 20_000, settings: Settings { connections: DEFAULT_CONNECTIONS, ..Settings::default() } }
+}
+
+const SPCBPT: Method =
+    Method::SpcBpt { light_paths: Some(4000), connections: DEFAULT_CONNECTIONS, light_tracing: false };
 const BDPT: Method = Method::Bdpt { light_tracing: false };
 const LVCBPT: Method =
     Method::LvcBpt { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false };
@@ -154,13 +162,23 @@ fn public_cornell_by_bdpt() {
     }
 }
 
-#[test]
-fn public_cornell_by_lvcbpt() {
+#[track_caller]
+fn assert_cornell_runs(method: Method) {
     if let Some(public) = Public::load("cornell_diffuse") {
-        let ([ratio, error], p_value) = public.compare_runs(LVCBPT, 4, 16);
+        let ([ratio, error], p_value) = public.compare_runs(method, 4, 16);
         assert!((ratio - 1.0).abs() < 0.01 && (ratio - 1.0).abs() < 4.0 * error, "{ratio} +- {error}");
         assert!(p_value > FAMILY_ALPHA, "{p_value}");
     }
+}
+
+#[test]
+fn public_cornell_by_lvcbpt() {
+    assert_cornell_runs(LVCBPT);
+}
+
+#[test]
+fn public_cornell_by_spcbpt() {
+    assert_cornell_runs(SPCBPT);
 }
 
 /// Little light finds the way through this door in so few samples: the mean has to agree within its noise only.
@@ -189,6 +207,14 @@ fn public_veach_ajar_by_bdpt() {
 fn public_veach_ajar_by_lvcbpt() {
     if let Some(public) = Public::load("veach_ajar_diffuse") {
         let ([ratio, error], _) = public.compare_runs(LVCBPT, 2, 12);
+        assert_door(ratio, (ratio - 1.0) / error);
+    }
+}
+
+#[test]
+fn public_veach_ajar_by_spcbpt() {
+    if let Some(public) = Public::load("veach_ajar_diffuse") {
+        let ([ratio, error], _) = public.compare_runs(SPCBPT, 2, 12);
         assert_door(ratio, (ratio - 1.0) / error);
     }
 }

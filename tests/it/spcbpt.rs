@@ -1,17 +1,19 @@
 //! SPCBPT is unbiased whatever it has learnt (C-08, C-09), also where there is next to nothing to choose from (N-26).
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use halfway::integrator::{Method, Training};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
-use halfway::subspace::{Model, Settings};
+use halfway::subspace::{Model, Settings, SourceLabels, Tree};
 
-use crate::bidirectional::{SIZE, assert_options_same_as_path};
+use crate::bidirectional::{SIZE, assert_options_same_as_path, mean, renders};
+use crate::frozen_paths_subspaces::dark_glass;
 use crate::gpu;
 use crate::random::Stream;
 use crate::shots::options;
+use crate::stats::{FAMILY_ALPHA, Moments, assert_equal_tiles, tile_means, welch_p};
 
 fn method(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
     Method::SpcBpt { light_paths: Some(light_paths), connections, light_tracing }
@@ -50,10 +52,89 @@ fn nonsense(model: &Model, random: &mut Stream) -> Model {
 
 #[test]
 fn c08_spcbpt_agrees_with_path() {
-    for (name, light_tracing) in [("door", false), ("spheres", true)] {
+    for (name, light_tracing) in [("door", false), ("spheres", true), ("glass-slab", false)] {
         let scene = builtin(name).expect("a built-in scene");
         assert_options_same_as_path(&scene, &spcbpt(method(600, 2, light_tracing), 4, None));
     }
+}
+
+/// Absorption is in |w|, and so in every weight.
+#[test]
+fn c08_spcbpt_in_dark_glass_agrees_with_path() {
+    assert_options_same_as_path(&dark_glass(), &spcbpt(method(900, 2, true), 8, None));
+}
+
+/// The Cornell box and what was learnt of it.
+fn cornell() -> &'static (Scene, Model) {
+    static KNOWN: OnceLock<(Scene, Model)> = OnceLock::new();
+    KNOWN.get_or_init(|| {
+        let scene = builtin("cornell").expect("a built-in scene");
+        let model = trained(&scene);
+        (scene, model)
+    })
+}
+
+/// One subspace a side: light vertices are picked by their power alone.
+#[test]
+fn c09_one_subspace_agrees_with_path() {
+    let (scene, model) = cornell();
+    let source = SourceLabels { first: 0, divisions: 1 };
+    let model = Model {
+        subspaces: 1,
+        eye_tree: Tree::single(0),
+        light_tree: Tree::single(0),
+        sources: vec![source; model.sources.len()],
+        gamma: vec![1.0],
+        q: vec![model.q.iter().sum()],
+        ..model.clone()
+    };
+    assert_options_same_as_path(scene, &spcbpt(method(2000, 1, false), 8, Some(Arc::new(model))));
+}
+
+/// The number of connections is in the weights and in the estimate.
+#[test]
+fn c09_any_number_of_connections_agrees_with_path() {
+    let (scene, model) = cornell();
+    let model = Some(Arc::new(model.clone()));
+    for connections in [1, 4] {
+        let options = spcbpt(method(2000, connections, false), 8, model.clone());
+        assert_options_same_as_path(scene, &options);
+    }
+}
+
+#[test]
+fn c09_uniform_gamma_agrees_with_path() {
+    let (scene, model) = cornell();
+    let mut model = model.clone();
+    let even = 1.0 / model.subspaces as f32;
+    model.gamma.fill(even);
+    assert_options_same_as_path(scene, &spcbpt(method(2000, 2, false), 8, Some(Arc::new(model))));
+}
+
+/// Twenty models of nonsense, each with a light seed of its own: what they share is the scene's light only.
+#[test]
+fn c09_twenty_models_of_nonsense_agree_with_path() {
+    let (scene, model) = cornell();
+    let mut random = Stream::new(20);
+    let found: Vec<_> = (0..20)
+        .map(|seed| {
+            let model = Some(Arc::new(nonsense(model, &mut random)));
+            renders(scene, &spcbpt(method(4000, 2, false), 16, model), [seed]).remove(0)
+        })
+        .collect();
+    // More samples than other tests take: what the path tracer does not know cannot be found.
+    let path = renders(scene, &options(SIZE, 128), 100..116);
+    let [a, b]: [Moments; 2] = [&found, &path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
+    let error = a.standard_error().hypot(b.standard_error()) / b.mean;
+    let (ratio, p) = (a.mean / b.mean, welch_p(&a, &b));
+    println!("path alone +- {:.5}", b.standard_error() / b.mean);
+    println!("20 models: {ratio:.5} +- {error:.5} of path, p = {p:.2e}");
+    assert!(error < 5e-3, "{error} is too noisy: a bias of six times as much is what is found");
+    assert!(p > FAMILY_ALPHA, "{ratio} +- {error}, p = {p:e}");
+    let tiles = |pictures: &[Vec<glam::DVec3>]| -> Vec<Vec<f64>> {
+        pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
+    };
+    assert_equal_tiles("20 models", &tiles(&found), &tiles(&path));
 }
 
 #[test]
@@ -70,9 +151,9 @@ fn c09_spcbpt_with_nonsense_agrees_with_path() {
 /// A light path or two: nearly all subspaces are empty in every iteration.
 #[test]
 fn n26_empty_subspaces_lose_nothing() {
-    let scene = builtin("cornell").expect("a built-in scene");
-    let model = Some(Arc::new(trained(&scene)));
+    let (scene, model) = cornell();
+    let model = Some(Arc::new(model.clone()));
     for light_paths in [1, 24] {
-        assert_options_same_as_path(&scene, &spcbpt(method(light_paths, 1, false), 24, model.clone()));
+        assert_options_same_as_path(scene, &spcbpt(method(light_paths, 1, false), 24, model.clone()));
     }
 }
