@@ -111,15 +111,17 @@ fn c09_uniform_gamma_agrees_with_path() {
     assert_options_same_as_path(scene, &spcbpt(method(2000, 2, false), 8, Some(Arc::new(model))));
 }
 
-/// Twenty models of nonsense, each with a light seed of its own: what they share is the scene's light only.
+/// Twenty models of nonsense, each with a light seed of its own: what they share is the scene's light only. A bias of
+/// 2 % of the mean is found in nine of ten runs, which is what 5 % in the probability of a subspace, or N left out of
+/// one edge of the weights, makes of it.
 #[test]
 fn c09_twenty_models_of_nonsense_agree_with_path() {
     let (scene, model) = cornell();
     let mut random = Stream::new(20);
-    let found: Vec<_> = (0..20)
+    let found: Vec<_> = (1000..1020)
         .map(|seed| {
             let model = Some(Arc::new(nonsense(model, &mut random)));
-            renders(scene, &spcbpt(method(4000, 2, false), 16, model), [seed]).remove(0)
+            renders(scene, &spcbpt(method(4000, 2, false), 24, model), [seed]).remove(0)
         })
         .collect();
     // More samples than other tests take: what the path tracer does not know cannot be found.
@@ -129,7 +131,7 @@ fn c09_twenty_models_of_nonsense_agree_with_path() {
     let (ratio, p) = (a.mean / b.mean, welch_p(&a, &b));
     println!("path alone +- {:.5}", b.standard_error() / b.mean);
     println!("20 models: {ratio:.5} +- {error:.5} of path, p = {p:.2e}");
-    assert!(error < 5e-3, "{error} is too noisy: a bias of six times as much is what is found");
+    assert!(error < 4e-3, "{error} is too noisy: only a bias of six times as much is found");
     assert!(p > FAMILY_ALPHA, "{ratio} +- {error}, p = {p:e}");
     let tiles = |pictures: &[Vec<glam::DVec3>]| -> Vec<Vec<f64>> {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
