@@ -2,7 +2,6 @@
 #import bind/buckets
 #import bind/light_cache
 #import bind/queue
-#import bind/subspaces
 #import lib/color
 
 // How many vertices of each light subspace each run of the cache has.
@@ -13,7 +12,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if run >= RUNS {
         return;
     }
-    for (var label = 0u; label < SUBSPACES; label++) {
+    for (var label = 0u; label < batch.subspaces; label++) {
         bucket_ends[label * RUNS + run] = 0u;
     }
     let range = run_range(run, light_path_offsets[batch.light_path_count]);

@@ -1,7 +1,6 @@
 #import bind/batch
 #import bind/buckets
 #import bind/light_cache
-#import bind/subspaces
 #import lib/color
 
 // Sorts the cache by subspace. Within one, the order is that of `light_order`, whatever order the runs work in.

@@ -1,12 +1,12 @@
+#import bind/batch
 #import bind/buckets
-#import bind/subspaces
 #import lib/scan
 
 // Where the vertices of each run begin in the order by subspace: sums of all counts before. One workgroup.
 
 @compute @workgroup_size(SCAN_THREADS)
 fn main(@builtin(local_invocation_index) thread: u32) {
-    let cells = SUBSPACES * RUNS;
+    let cells = batch.subspaces * RUNS;
     let part = (cells + SCAN_THREADS - 1u) / SCAN_THREADS;
     let first = min(thread * part, cells);
     let end = min(first + part, cells);

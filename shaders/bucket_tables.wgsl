@@ -1,6 +1,5 @@
 #import bind/bucket_sums
 #import bind/buckets
-#import bind/subspaces
 #import lib/scan
 
 // The alias table of each light subspace, in whole units, so that probabilities are known exactly. One workgroup a

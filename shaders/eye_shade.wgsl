@@ -8,6 +8,9 @@
 #if lights
 #import lib/strategies
 #endif
+#if learns
+#import lib/training
+#endif
 
 // An eye path's next surface: light that it found by chance, with its weight, and the path goes on.
 
@@ -37,7 +40,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if hit.triangle == NO_TRIANGLE {
 #if environment
         let weight = environment_weight(previous, shares, ray.direction, ray.pdf_solid);
-        add_radiance(ray.path, depth, ray.throughput * environment_radiance(ray.direction), weight);
+        let sky = environment_radiance(ray.direction);
+#if learns
+        if depth > 0u {
+            let cosine = abs(dot(ray.direction, previous.normal));
+            let at = sphere_to_square(ray.direction);
+            write_hit(ray, sky, weight, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT, at);
+        }
+#else
+        add_radiance(ray.path, depth, ray.throughput * sky, weight);
+#endif
 #endif
         return;
     }
@@ -46,6 +58,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
     let through = transmittance(medium, hit.t);
     let throughput = ray.throughput * through;
+#if learns
+    let arriving = PathRay(ray.origin, ray.path, ray.direction, ray.pdf_solid, throughput, ray.depth_medium);
+    let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
+#endif
 #if lights
 #if subspaces
     shares.share = vec4f(shares.share.rgb * through, shares.share.w);
@@ -55,7 +71,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let light_index = triangles[hit.triangle].light;
     if light_index != 0u {
         let weight = emitter_weight(point, arrival, shares, light_index - 1u);
-        add_radiance(ray.path, depth, throughput * point_emission(point, arrival.world_from), weight);
+        let emission = point_emission(point, arrival.world_from);
+#if learns
+        if depth > 0u {
+            write_hit(arriving, emission, weight, arrival.pdf_area, geometry, light_index - 1u, point.b.yz);
+        }
+#else
+        add_radiance(ray.path, depth, throughput * emission, weight);
+#endif
     }
 #endif
     if depth + 1u >= batch.max_depth {
@@ -68,20 +91,22 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, point_surface(point), point_frame(point), arrival, u, true);
+    // What was sampled is f |cos| / density; roulette is in both.
+    var f = vec3f(0.0);
+    if departure.goes_on {
+        f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
+    }
+    let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
+#if learns
+    write_vertex(point, arrival, ray.path, depth, is_delta, f, geometry);
+#endif
     let slot = send_on(ray.path, depth, point, departure, throughput);
     if slot == PATH_ENDS {
         return;
     }
 #if lights
 #if subspaces
-    let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
-    let label = eye_light_label(point, departure.direction, shares.labels.y);
-    let before = select(eye_share(previous.flags, shares.share, label), 0.0, is_delta);
-    // What was sampled is f |cos| / density; roulette is in both.
-    let f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
-    let cos_from = abs(dot(arrival.world_from, point.world_ng));
-    let continued = shares.share.rgb * f * (cos_from * arrival.to_previous) + before;
-    shares_out[slot] = vec4f(continued / arrival.pdf_area, bitcast<f32>(shares.labels.x));
+    shares_out[slot] = departing_share(point, arrival, shares, departure.direction, f, is_delta);
 #endif
 #endif
 }

@@ -9,6 +9,9 @@
 #import lib/medium
 #import lib/path_key
 #import lib/strategies
+#if learns
+#import lib/training
+#endif
 
 // Connects the vertices that eye paths have just reached to vertices of the light cache, one invocation for each
 // connection. Which light vertex it is, is all that sets the bidirectional integrators apart.
@@ -30,8 +33,8 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
     let eye_label = eye_labels[index].x;
     let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
     let mixed = pcg4d(vec4u(words.xyz, number));
-    let draw = alias_draw(mixed.xy, SUBSPACES);
-    let slot = gamma_alias[eye_label * SUBSPACES + draw.slot];
+    let draw = alias_draw(mixed.xy, batch.subspaces);
+    let slot = gamma_alias[eye_label * batch.subspaces + draw.slot];
     let light_label = alias_pick(draw, slot.x, slot.y);
     let range = bucket_range(light_label);
     if range.x == range.y {
@@ -40,7 +43,7 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
     let n = range.y - range.x;
     let item = bucket_items[draw_from_bucket(range, mixed.zw)];
     let table_units = n << slot_bits(n);
-    let expected = f32(batch.light_path_count) * f32(CELLS) * gamma_pdf[eye_label * SUBSPACES + light_label];
+    let expected = f32(batch.light_path_count) * f32(CELLS) * gamma_pdf[eye_label * batch.subspaces + light_label];
     return Selection(item.x, f32(table_units) / f32(item.y) / expected);
 #else
 #if own_light_path
@@ -120,8 +123,29 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var shadow = shadow_ray(eye_point, link, kind);
-    shadow.cell = ray.path * CELLS + cell;
-    shadow.contribution = contribution;
     shadow.depth = depth;
+#if learns
+    // The path with the density of all ways to find it; whether its ends see each other goes to its cell.
+    var end: TrainingEnd;
+    end.emitted = vertex.weight / connection.density;
+    end.path = ray.path;
+    end.f = connection.f_eye;
+    end.depth_sampled = depth | (1u << 16u);
+    end.f_light = connection.f_light;
+    end.vertex = light_path_offsets[vertex.path] + (vertex.number_label & 0xffffu);
+    end.contribution = magnitude(ray.throughput * through * connection.light) / connection.density;
+    end.geometry = connection.geometry;
+    end.pdf_light = connection.pdf_light;
+    end.pdf_back = connection.pdf_back;
+    end.direction = link.direction;
+    shadow.contribution = vec3f(1.0);
+    shadow.cell = write_end(end);
+    if shadow.cell >= arrayLength(&training_ends) {
+        return;
+    }
+#else
+    shadow.contribution = contribution;
+    shadow.cell = ray.path * CELLS + cell;
+#endif
     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
 }

@@ -15,10 +15,16 @@ struct LightFeature {
     light: u32,
     /// To the vertex before; on a light, the point: barycentrics, or the equal-area square.
     direction: vec3f,
+    depth: u32,
+    /// As in the cache; of the vertex that `light_backs` tells of.
+    pdf_area: f32,
+    pdf_back: f32,
+    /// 1 for a point on a light that eye paths may hit.
+    can_be_hit: u32,
     pad: u32,
 }
 
-@group(3) @binding(13) var<storage, read_write> light_features: array<LightFeature>;
+@group(3) @binding(15) var<storage, read_write> light_features: array<LightFeature>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -28,12 +34,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let vertex = light_vertices[light_order[index]];
     let kind = kind_of(vertex);
-    var feature = LightFeature(vec3f(0.0), magnitude(vertex.weight), vec3f(0.0), 0u, vertex.world_from, 0u);
+    var feature = LightFeature(vec3f(0.0), magnitude(vertex.weight), vec3f(0.0), 0u, vertex.world_from, 0u, 0.0, 0.0, 0u, 0u);
+    feature.depth = vertex.depth_kind & 0xffffu;
+    feature.pdf_area = vertex.pdf_area;
+#if learns
+    if feature.depth > 1u {
+        feature.pdf_back = light_backs[light_order[index]];
+    }
+#endif
     if kind <= LIGHT_TRIANGLE + 1u {
         let point = surface_point(vertex.index, vertex.b1, vertex.b2);
         feature.position = point.position;
         feature.normal = label_normal(point, vertex.world_from);
     }
+    feature.can_be_hit = select(0u, 1u, kind == LIGHT_TRIANGLE + 1u || kind == LIGHT_ENVIRONMENT + 1u);
     switch kind {
         case 0u: {}
         case LIGHT_TRIANGLE + 1u: {

@@ -51,7 +51,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let label = 0u;
 #endif
 #if light_cache
-    if depth + 2u <= batch.max_depth && !is_delta {
+#if learns
+    // Who learns needs the whole sub-path; what has no weight is never drawn.
+    let stored = depth + 2u <= batch.max_depth;
+    let weight = select(throughput, vec3f(0.0), is_delta);
+#else
+    let stored = depth + 2u <= batch.max_depth && !is_delta;
+    let weight = throughput;
+#endif
+    if stored {
         let light_path = batch.first_light_path + ray.path;
         let number = light_path_lengths[light_path];
         light_path_lengths[light_path] = number + 1u;
@@ -59,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let slot = atomicAdd(&counts.light_vertices, 1u);
         if slot < arrayLength(&light_vertices) {
             light_vertices[slot] = LightVertex(
-                throughput,
+                weight,
                 hit.triangle,
                 arrival.world_from,
                 depth,
@@ -72,6 +80,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 light_path,
                 number | (label << 16u),
             );
+#if learns
+            light_backs[slot] = share.y;
+#endif
 #if subspace_directions
             light_vertices[slot].edge = share.x;
             light_vertices[slot].depth_kind |= column << 20u;
@@ -97,5 +108,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
 #if subspaces
     shares_out[slot_out] = light_share(select(throughput, vec3f(0.0), is_delta), label);
+#if learns
+    shares_out[slot_out].y = departure.pdf_back_solid * arrival.to_previous;
+#endif
 #endif
 }

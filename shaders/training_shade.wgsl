@@ -8,33 +8,10 @@
 #import lib/path_key
 #import lib/subpath
 #import lib/subspaces
+#import lib/training
 
 // The path tracer as the source of training paths: what it finds is written down instead of shown. Two ways lead to
 // a light, sampling it and hitting it; each path found by either has the density of both.
-
-/// Writes an end; the slot is the cell of `radiance` that its visibility goes to.
-fn write_end(end: TrainingEnd) -> u32 {
-    let slot = atomicAdd(&training_counts.ends, 1u);
-    if slot < arrayLength(&training_ends) {
-        training_ends[slot] = end;
-        radiance[slot] = vec4f(0.0);
-    }
-    return slot;
-}
-
-/// `others`: density of sampling the light over that of hitting it. `pdf`: of hitting it, in the light's measure.
-fn light_was_hit(ray: PathRay, light: vec3f, others: f32, pdf: f32, geometry: f32, index: u32, at: vec2f) {
-    let weight = 1.0 / (1.0 + others);
-    let depth = (ray.depth_medium & 0xffffu) - 1u;
-    let contribution = magnitude(ray.throughput * light) * weight;
-    if contribution > 0.0 {
-        let end = TrainingEnd(
-            light * (weight / pdf), ray.path, vec3f(0.0), depth, contribution, weight, geometry, index, at, 0u, 0u,
-            ray.direction, 0u,
-        );
-        write_end(end);
-    }
-}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -51,10 +28,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if environment
         if depth > 0u {
             let sampled = select(0.0, environment_pdf_solid(ray.direction), can_sample);
+            let weight = 1.0 / (1.0 + sampled / ray.pdf_solid);
             let cosine = abs(dot(ray.direction, previous.normal));
-            light_was_hit(
-                ray, environment_radiance(ray.direction), sampled / ray.pdf_solid, ray.pdf_solid, cosine,
-                ENVIRONMENT_LIGHT, sphere_to_square(ray.direction),
+            write_hit(
+                ray, environment_radiance(ray.direction), weight, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT,
+                sphere_to_square(ray.direction),
             );
         }
 #endif
@@ -70,9 +48,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if light_index != 0u && depth > 0u {
         let sampled = select(0.0, lights[light_index - 1u].pdf_select / point.area, can_sample);
         let emission = point_emission(point, arrival.world_from);
-        light_was_hit(
-            ray, emission, sampled / arrival.pdf_area, arrival.pdf_area, geometry, light_index - 1u, point.b.yz,
-        );
+        let weight = 1.0 / (1.0 + sampled / arrival.pdf_area);
+        write_hit(ray, emission, weight, arrival.pdf_area, geometry, light_index - 1u, point.b.yz);
     }
 #endif
     if depth + 1u >= batch.max_depth {
@@ -93,19 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if departure.goes_on {
         f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
     }
-    let slot = atomicAdd(&training_counts.vertices, 1u);
-    if slot < arrayLength(&training_vertices) {
-        training_vertices[slot] = TrainingVertex(
-            point.position,
-            ray.path,
-            label_normal(point, arrival.world_from),
-            depth | select(0u, 1u << 16u, is_delta),
-            arrival.world_from,
-            arrival.pdf_area,
-            f,
-            geometry,
-        );
-    }
+    write_vertex(point, arrival, ray.path, depth, is_delta, f, geometry);
     if !is_delta {
         let sample = sample_light(
             point,
@@ -130,21 +95,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                     shadow.direction = sample.end - origin;
                     shadow.t_max = 1.0 - 0x1p-20;
                 }
-                shadow.cell = write_end(TrainingEnd(
-                    sample.radiance * (weight / (sample.pdf_solid * to_light)),
-                    ray.path,
-                    value.f,
-                    depth | (1u << 16u),
-                    contribution,
-                    1.0 - weight,
-                    cosine * to_light,
-                    sample.light,
-                    sample.at,
-                    0u,
-                    0u,
-                    sample.direction,
-                    0u,
-                ));
+                var end: TrainingEnd;
+                end.emitted = sample.radiance * (weight / (sample.pdf_solid * to_light));
+                end.path = ray.path;
+                end.f = value.f;
+                end.depth_sampled = depth | (1u << 16u);
+                end.f_light = vec3f(1.0);
+                end.vertex = NO_LIGHT_VERTEX;
+                end.contribution = contribution;
+                end.p0 = 1.0 - weight;
+                end.geometry = cosine * to_light;
+                end.light = sample.light;
+                end.at = sample.at;
+                end.direction = sample.direction;
+                shadow.cell = write_end(end);
                 if shadow.cell < arrayLength(&training_ends) {
                     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
                 }

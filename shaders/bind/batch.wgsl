@@ -31,6 +31,8 @@ struct Batch {
     only_t: u32,
     /// 1: strategies are weighed against each other; 0: each is taken alone.
     weighted: u32,
+    /// K, subspaces a side.
+    subspaces: u32,
 }
 
 const EVERY_STRATEGY: u32 = 0xffffffffu;

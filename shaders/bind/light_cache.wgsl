@@ -42,3 +42,9 @@ fn kind_of(vertex: LightVertex) -> u32 {
 @group(3) @binding(2) var<storage, read_write> light_path_offsets: array<u32>;
 /// Indices into the cache by path and number. The order in the cache itself changes from run to run.
 @group(3) @binding(3) var<storage, read_write> light_order: array<u32>;
+
+#if learns
+/// Of each vertex of the cache: density per area of the last but one before it, as the eye's side would sample it, coming
+/// from here.
+@group(3) @binding(14) var<storage, read_write> light_backs: array<f32>;
+#endif

@@ -14,9 +14,6 @@
 /// 1 / Q of each light subspace.
 @group(3) @binding(9) var<storage, read> inv_q: array<f32>;
 
-/// K, subspaces a side.
-override SUBSPACES: u32 = 1u;
-
 fn tree_node(tree: u32, index: u32) -> TreeNode {
     if tree == TREE_EYE {
         return eye_tree[index];

@@ -18,36 +18,44 @@ struct TrainingVertex {
     geometry: f32,
 }
 
-/// A light x_n that was found from the vertex x_{n-1}.
+/// A path that was found: from the eye's vertex x_{n-1} to a point on a light or, where learning goes by the renderer's
+/// own connections, to a vertex y of the light cache. p: density of the whole path by all ways to find it.
 struct TrainingEnd {
-    /// Le PE(n-1) / p, p being the density of the whole path by both ways to find the light.
+    /// |.|'s colour of the light's sub-path times the density of the eye's, over p: Le PE(n-1) / p, or w_y / p's part.
     emitted: vec3f,
     path: u32,
-    /// The BSDF at x_{n-1} towards the light, where the light was sampled; a light that was hit has it in the vertex.
+    /// The BSDF at x_{n-1} towards the light's end; a light that was hit has it in the vertex.
     f: vec3f,
-    /// Depth of x_{n-1} in the low 16 bits; above them 1 where the light was sampled.
+    /// Depth of x_{n-1} in the low 16 bits; above them 1 where the ends were connected.
     depth_sampled: u32,
-    /// |f| / p of the path. (A sampled light has to be seen as well: its cell of `radiance` says so.)
+    /// The BSDF at y, or what a light emits this way as a share; absorption in between.
+    f_light: vec3f,
+    /// Place of y in the cache's order; NO_LIGHT_VERTEX for a point on a light that is not in it.
+    vertex: u32,
+    /// |f| / p of the path. (Connected ends have to see each other as well: the cell of `radiance` says so.)
     contribution: f32,
-    /// PE(n) / p
+    /// PE(n) / p; of a vertex of the cache the host works it out.
     p0: f32,
-    /// G(x_n, x_{n-1})
+    /// G between the ends.
     geometry: f32,
     /// Index in `lights` and point on the light.
     light: u32,
     at: vec2f,
-    pad0: u32,
-    pad1: u32,
-    /// From x_{n-1} to the light.
+    /// Density per area of y, and of the vertex before it in its sub-path, as the eye's side samples them.
+    pdf_light: f32,
+    pdf_back: f32,
+    /// From x_{n-1} to the light's end.
     direction: vec3f,
-    pad2: u32,
+    pad: u32,
 }
+
+const NO_LIGHT_VERTEX: u32 = 0xffffffffu;
 
 struct TrainingCounts {
     vertices: atomic<u32>,
     ends: atomic<u32>,
 }
 
-@group(3) @binding(0) var<storage, read_write> training_vertices: array<TrainingVertex>;
-@group(3) @binding(1) var<storage, read_write> training_ends: array<TrainingEnd>;
-@group(3) @binding(2) var<storage, read_write> training_counts: TrainingCounts;
+@group(3) @binding(16) var<storage, read_write> training_vertices: array<TrainingVertex>;
+@group(3) @binding(17) var<storage, read_write> training_ends: array<TrainingEnd>;
+@group(3) @binding(18) var<storage, read_write> training_counts: TrainingCounts;

@@ -68,6 +68,8 @@ struct Departure {
     pdf_solid: f32,
     /// f |cos| / density.
     weight: vec3f,
+    /// Density towards the vertex before, as the other side would sample it, per solid angle, roulette included.
+    pdf_back_solid: f32,
     next: SubPath,
 }
 
@@ -116,6 +118,7 @@ fn sample_departure(
     departure.direction = sample.w;
     departure.pdf_solid = pdf_solid * survives;
     departure.weight = weight / survives;
-    departure.next = depart(point, arrival, is_delta, pdf_back_solid * survives);
+    departure.pdf_back_solid = pdf_back_solid * survives;
+    departure.next = depart(point, arrival, is_delta, departure.pdf_back_solid);
     return departure;
 }

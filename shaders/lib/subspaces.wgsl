@@ -1,3 +1,4 @@
+#import bind/batch
 #import bind/queue
 #import bind/subpath
 #import bind/subspaces
@@ -34,7 +35,7 @@ fn vertex_label(tree: u32, point: SurfacePoint, world_from: vec3f) -> u32 {
 
 /// N Gamma / Q.
 fn connection_share(eye_label: u32, light_label: u32) -> f32 {
-    return f32(CELLS) * gamma_pdf[eye_label * SUBSPACES + light_label] * inv_q[light_label];
+    return f32(CELLS) * gamma_pdf[eye_label * batch.subspaces + light_label] * inv_q[light_label];
 }
 
 /// c between a light path's vertex, if it is no delta vertex, and the one before it, which has |w| / Q of `share` and the
@@ -44,7 +45,7 @@ fn light_edge(point: SurfacePoint, world_to: vec3f, share: f32, column: u32) -> 
         return 0.0;
     }
     let row = vertex_label(TREE_EYE, point, world_to);
-    return f32(CELLS) * gamma_pdf[row * SUBSPACES + column] * share;
+    return f32(CELLS) * gamma_pdf[row * batch.subspaces + column] * share;
 }
 
 /// Light subspace of an eye path's vertex to which light comes from `world_to`. `known`: what it is where directions do

@@ -36,7 +36,8 @@ pub struct MethodArgs {
     /// Connect light paths to the camera as well (bdpt, lvcbpt, spcbpt): finds caustics.
     #[arg(long)]
     light_tracing: bool,
-    /// Full paths that spcbpt learns from before it renders (default 200000).
+    /// Learn, as published, from so many full paths that path tracing finds (spcbpt). By default it learns from the paths
+    /// that it finds itself, by what earlier ones taught: much sooner where light is hard to find.
     #[arg(long, value_name = "N")]
     train_paths: Option<u32>,
     /// Subspaces that spcbpt sorts sub-paths into, on the eye's and on the light's side (default: as many as the
@@ -102,7 +103,7 @@ impl MethodArgs {
                 }
             }
         }
-        training.paths = self.train_paths.unwrap_or(training.paths);
+        training.paths = self.train_paths;
         training.settings.subspaces = self.subspaces;
         training.settings.connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
         training.settings.check().map_err(|error| InputError::Usage(error.to_string()))?;

@@ -12,9 +12,7 @@ use super::input::{
 };
 use super::progress;
 use crate::device::DeviceChoice;
-use crate::integrator::{
-    DEFAULT_CONNECTIONS, DEFAULT_TRAINING_PATHS, MAX_CONNECTIONS, Method, Trained, Training,
-};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Trained, Training};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::{Optimiser, Settings, TrainingReport};
@@ -28,9 +26,10 @@ pub struct TrainArgs {
     /// Where the model goes (default: the scene's name, .model).
     #[arg(short, long, value_name = "FILE.model")]
     output: Option<PathBuf>,
-    /// Full paths to learn from.
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_TRAINING_PATHS)]
-    train_paths: u32,
+    /// Learn, as published, from so many full paths that path tracing finds. By default it learns from the paths that
+    /// connections by subspaces find, by what earlier ones taught: much sooner where light is hard to find.
+    #[arg(long, value_name = "N")]
+    train_paths: Option<u32>,
     /// Subspaces that sub-paths are sorted into, on the eye's and on the light's side (default: as many as the
     /// training paths can teach).
     #[arg(long, value_name = "K")]

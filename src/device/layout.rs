@@ -64,6 +64,7 @@ device_struct! {
         pub only_s: u32,
         pub only_t: u32,
         pub weighted: u32,
+        pub subspaces: u32,
     }
 }
 
@@ -182,15 +183,17 @@ device_struct! {
         pub path: u32,
         pub f: [f32; 3],
         pub depth_sampled: u32,
+        pub f_light: [f32; 3],
+        pub vertex: u32,
         pub contribution: f32,
         pub p0: f32,
         pub geometry: f32,
         pub light: u32,
         pub at: [f32; 2],
-        pub pad0: u32,
-        pub pad1: u32,
+        pub pdf_light: f32,
+        pub pdf_back: f32,
         pub direction: [f32; 3],
-        pub pad2: u32,
+        pub pad: u32,
     }
 }
 
@@ -202,6 +205,10 @@ device_struct! {
         pub normal: [f32; 3],
         pub light: u32,
         pub direction: [f32; 3],
+        pub depth: u32,
+        pub pdf_area: f32,
+        pub pdf_back: f32,
+        pub can_be_hit: u32,
         pub pad: u32,
     }
 }

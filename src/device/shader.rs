@@ -66,6 +66,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/subspaces",
     "lib/surface",
     "lib/texture",
+    "lib/training",
     "lib/traverse",
     "lib/tree",
     "bucket_counts",

@@ -11,6 +11,7 @@ use crate::device::{Bound, Context, Kernel};
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
+use super::records::Records;
 use super::subspaces::Subspaces;
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
 use super::{DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
@@ -35,39 +36,51 @@ pub(super) struct Bidirectional {
     kernels: Kernels,
     /// Connections are chosen by subspaces.
     subspaces: Option<Subspaces>,
-    /// `None` where there is nothing to sample as a light.
-    light: Option<LightStage>,
-    /// Shading of eye paths; none in light tracing.
-    eye_shade: Option<[Bound; 2]>,
-    connect: Option<[Bound; 2]>,
-}
-
-/// What is bound anew when the cache grows.
-struct Kernels {
-    light_rays: Option<Kernel>,
-    light_shade: Option<Kernel>,
-    light_order: Option<Kernel>,
-    light_connections: Option<Kernel>,
-}
-
-struct LightStage {
-    rays: Bound,
-    /// With connections to the camera, and without.
-    bounce: Bounce,
-    quiet_bounce: Bounce,
-    camera_connections: Option<[Bound; 2]>,
-    /// Tests the connections to the camera.
-    camera_tests: Vec<Stage>,
-    closest_hit: [Bound; 2],
-    /// Sorts the cache: none without a cache.
-    scan: Option<Bound>,
-    order: Option<Bound>,
     /// Vertices that the cache holds.
     capacity: u32,
+    stages: Stages,
+}
+
+/// Compiled once.
+struct Kernels {
+    /// `None` where there is nothing to sample as a light.
+    light: Option<LightKernels>,
+    /// Shading of eye paths; none in light tracing.
+    eye_shade: Option<Kernel>,
+}
+
+struct LightKernels {
+    rays: Kernel,
+    shade: Kernel,
+    /// Where a traversal draws numbers, those of light paths are others.
+    closest_hit: Option<Kernel>,
+    /// Connects to the camera, and tests these connections.
+    camera: Option<[Kernel; 2]>,
+    cache: Option<CacheKernels>,
+}
+
+struct CacheKernels {
+    scan: Kernel,
+    order: Kernel,
+    connections: Kernel,
+}
+
+/// The kernels with their buffers: bound anew when the cache grows or another model comes.
+#[derive(Default)]
+struct Stages {
+    light_rays: Option<Bound>,
+    /// Of light paths, with connections to the camera and without.
+    light_bounce: Bounce,
+    quiet_light_bounce: Bounce,
+    camera_tests: Vec<Stage>,
+    sort: Vec<Stage>,
+    connect: Option<[Bound; 2]>,
+    eye_shade: Option<[Bound; 2]>,
 }
 
 impl Bidirectional {
-    /// Compiles the kernels for the scene and takes over its buffers.
+    /// Compiles the kernels for the scene and takes over its buffers. With `learns`, kernels write down the paths that
+    /// they find, in place of showing them.
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
@@ -77,6 +90,7 @@ impl Bidirectional {
         camera: &Camera,
         settings: Settings,
         model: Option<&Model>,
+        learns: bool,
     ) -> Result<Self, DeviceError> {
         let method = settings.method;
         let cells = match method {
@@ -88,8 +102,9 @@ impl Bidirectional {
             cells,
             bidirectional: true,
             splats: method.traces_light(),
-            subspaces: model.map_or(0, |model| model.subspaces),
+            subspaces: model.is_some(),
             subspace_directions: model.is_some_and(|model| model.settings.direction_weight > 0.0),
+            learns,
         };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let pixels = settings.region.pixels();
@@ -101,30 +116,21 @@ impl Bidirectional {
             Method::Light { light_paths } => light_paths.unwrap_or(settings.width * settings.height),
             Method::Path | Method::Bdpt { .. } => pixels,
         };
-        let caches = !matches!(method, Method::Light { .. });
         let lights = wavefront.has_lights();
         let subspaces = match model {
             Some(model) if lights => Some(Subspaces::new(context, &mut wavefront, model)?),
             _ => None,
         };
-        let mut kernels =
-            Kernels { light_rays: None, light_shade: None, light_order: None, light_connections: None };
-        if lights {
-            let light = light_features(method);
-            kernels.light_rays = Some(wavefront.compile(context, "light_rays", &light)?);
-            kernels.light_shade = Some(wavefront.compile(context, "light_shade", &light)?);
-            if caches {
-                kernels.light_order = Some(wavefront.compile(context, "light_order", &[])?);
-                let own: &[&str] = if let Method::Bdpt { .. } = method { &["own_light_path"] } else { &[] };
-                kernels.light_connections = Some(wavefront.compile(context, "light_connections", own)?);
-            }
+        if learns {
+            // Something to bind; room comes from those who learn.
+            Records::new(context, &mut wavefront, 1)?;
         }
-        let eye_shade = match caches {
-            true => {
-                let kernel = wavefront.compile(context, "eye_shade", &[])?;
-                Some(wavefront.bind_pair(context, &kernel)?)
-            }
-            false => None,
+        let kernels = Kernels {
+            light: if lights { Some(LightKernels::new(context, &mut wavefront, method)?) } else { None },
+            eye_shade: match method {
+                Method::Light { .. } => None,
+                _ => Some(wavefront.compile(context, "eye_shade", &[])?),
+            },
         };
         let mut integrator = Self {
             wavefront,
@@ -133,107 +139,104 @@ impl Bidirectional {
             connection_density: 1.0,
             kernels,
             subspaces,
-            light: None,
-            eye_shade,
-            connect: None,
+            capacity: 0,
+            stages: Stages::default(),
         };
-        if lights {
-            integrator.make_light_stage(context)?;
-            if let Method::LvcBpt { connections, .. } = method {
-                integrator.connection_density =
-                    connections as f32 / integrator.vertices_a_path(context)? as f32;
-            }
+        integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
+        if let (true, Method::LvcBpt { connections, .. }) = (lights, method) {
+            integrator.connection_density = connections as f32 / integrator.vertices_a_path(context)? as f32;
         }
         Ok(integrator)
     }
 
-    /// Compiles and binds what only the light stage has, with a cache for a few vertices a path.
-    fn make_light_stage(&mut self, context: &Context) -> Result<(), DeviceError> {
-        let features = light_features(self.method);
-        let cached = self.cached_paths();
-        let wavefront = &mut self.wavefront;
-        let closest_hit = match wavefront.has_alpha() {
-            true => {
-                let kernel = wavefront.compile(context, "closest_hit", &features)?;
-                wavefront.bind_pair(context, &kernel)?
-            }
-            false => wavefront.closest_hit.clone(),
-        };
-        let mut camera_tests = Vec::new();
-        let mut camera_connections = None;
-        if self.method.traces_light() {
-            let kernel = wavefront.compile(context, "camera_connections", &features)?;
-            camera_connections = Some(wavefront.bind_pair(context, &kernel)?);
-            let mut splat_features = features.clone();
-            splat_features.extend(["any_hit", "splats_atomic"]);
-            let occlusion = wavefront.compile(context, "occlusion", &splat_features)?;
-            camera_tests.push(wavefront.test_connections[0].clone());
-            camera_tests.push(Stage::new(&occlusion.bind(context, &wavefront.buffers)?, Size::Shadow));
+    /// Connects by another model from now on.
+    ///
+    /// # Errors
+    /// A buffer that does not fit.
+    pub fn set_model(&mut self, context: &Context, model: &Model) -> Result<(), DeviceError> {
+        if let Some(subspaces) = &mut self.subspaces {
+            subspaces.upload(context, &mut self.wavefront, model)?;
+            self.bind(context)?;
         }
-        let mut scan = None;
-        if cached > 0 {
-            let words = u64::from(cached) * 4;
-            wavefront.buffers.create(context, "light_path_lengths", words)?;
-            wavefront.buffers.create(context, "light_path_offsets", words + 4)?;
-            let kernel = wavefront.compile(context, "light_scan", &[])?;
-            scan = Some(kernel.bind(context, &wavefront.buffers)?);
-        }
-        let none = || [Vec::new(), Vec::new()];
-        let stage = LightStage {
-            rays: closest_hit[0].clone(),
-            bounce: none(),
-            quiet_bounce: none(),
-            camera_connections,
-            camera_tests,
-            closest_hit,
-            scan,
-            order: None,
-            capacity: 0,
-        };
-        self.light = Some(stage);
-        self.bind_cache(context, u64::from(cached) * FIRST_VERTICES_A_PATH)
+        Ok(())
     }
 
-    /// Makes a cache of `vertices` and binds all that use it.
-    fn bind_cache(&mut self, context: &Context, vertices: u64) -> Result<(), DeviceError> {
-        let (wavefront, kernels) = (&mut self.wavefront, &self.kernels);
-        let (Some(light), Some(rays), Some(shade)) =
-            (&mut self.light, &kernels.light_rays, &kernels.light_shade)
-        else {
-            return Ok(());
-        };
-        if vertices > 0 {
-            wavefront.buffers.create(
-                context,
-                "light_vertices",
-                vertices * size_of::<LightVertex>() as u64,
-            )?;
-            wavefront.buffers.create(context, "light_order", vertices * 4)?;
-        }
-        light.capacity = vertices as u32;
-        light.rays = wavefront.bind_pair(context, rays)?[0].clone();
-        let shade = wavefront.bind_pair(context, shade)?;
-        let bounce = |connects: bool, parity: usize| {
-            let mut stages = vec![Stage::new(&light.closest_hit[parity], Size::Paths)];
-            if let (true, Some(camera)) = (connects, &light.camera_connections) {
-                stages.push(Stage::new(&camera[parity], Size::Paths));
-                stages.extend(light.camera_tests.iter().cloned());
+    /// Makes a cache of `vertices`, and binds all that use it.
+    fn make_cache(&mut self, context: &Context, vertices: u64) -> Result<(), DeviceError> {
+        let cached = u64::from(self.cached_paths());
+        if cached > 0 && self.wavefront.has_lights() {
+            let buffers = &mut self.wavefront.buffers;
+            buffers.create(context, "light_path_lengths", cached * 4)?;
+            buffers.create(context, "light_path_offsets", cached * 4 + 4)?;
+            buffers.create(context, "light_vertices", vertices * size_of::<LightVertex>() as u64)?;
+            buffers.create(context, "light_order", vertices * 4)?;
+            if self.wavefront.learns() {
+                self.wavefront.buffers.create(context, "light_backs", vertices * 4)?;
             }
-            stages.push(Stage::new(&shade[parity], Size::Paths));
-            stages.push(Stage::new(&wavefront.advance, Size::Count(1)));
-            stages
-        };
-        light.bounce = [bounce(true, 0), bounce(true, 1)];
-        light.quiet_bounce = [bounce(false, 0), bounce(false, 1)];
-        if let Some(order) = &kernels.light_order {
-            light.order = Some(order.bind(context, &wavefront.buffers)?);
+            if self.subspaces.is_some() {
+                Subspaces::make_room(context, &mut self.wavefront, vertices)?;
+            }
+            self.capacity = vertices as u32;
+        }
+        self.bind(context)
+    }
+
+    /// Binds all kernels to the buffers of now.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub fn bind(&mut self, context: &Context) -> Result<(), DeviceError> {
+        let wavefront = &mut self.wavefront;
+        wavefront.bind_tests(context)?;
+        let mut stages = Stages::default();
+        if let Some(kernel) = &self.kernels.eye_shade {
+            stages.eye_shade = Some(wavefront.bind_pair(context, kernel)?);
         }
         if let Some(subspaces) = &mut self.subspaces {
-            subspaces.bind(context, wavefront, vertices)?;
+            subspaces.bind(context, wavefront)?;
         }
-        if let Some(connections) = &kernels.light_connections {
-            self.connect = Some(wavefront.bind_pair(context, connections)?);
+        let Some(kernels) = &self.kernels.light else {
+            self.stages = stages;
+            return Ok(());
+        };
+        let [rays, _] = wavefront.bind_pair(context, &kernels.rays)?;
+        stages.light_rays = Some(rays);
+        let closest_hit = match &kernels.closest_hit {
+            Some(kernel) => wavefront.bind_pair(context, kernel)?,
+            None => wavefront.closest_hit.clone(),
+        };
+        let shade = wavefront.bind_pair(context, &kernels.shade)?;
+        let mut camera = None;
+        if let Some([connections, occlusion]) = &kernels.camera {
+            camera = Some(wavefront.bind_pair(context, connections)?);
+            stages.camera_tests = vec![
+                wavefront.test_connections[0].clone(),
+                Stage::new(&occlusion.bind(context, &wavefront.buffers)?, Size::Shadow),
+            ];
         }
+        let bounce = |connects: bool, parity: usize| {
+            let mut bounce = vec![Stage::new(&closest_hit[parity], Size::Paths)];
+            if let (true, Some(camera)) = (connects, &camera) {
+                bounce.push(Stage::new(&camera[parity], Size::Paths));
+                bounce.extend(stages.camera_tests.iter().cloned());
+            }
+            bounce.push(Stage::new(&shade[parity], Size::Paths));
+            bounce.push(Stage::new(&wavefront.advance, Size::Count(1)));
+            bounce
+        };
+        stages.light_bounce = [bounce(true, 0), bounce(true, 1)];
+        stages.quiet_light_bounce = [bounce(false, 0), bounce(false, 1)];
+        if let Some(cache) = &kernels.cache {
+            stages.sort = vec![
+                Stage::new(&cache.scan.bind(context, &wavefront.buffers)?, Size::Count(1)),
+                Stage::new(&cache.order.bind(context, &wavefront.buffers)?, Size::Count(self.capacity)),
+            ];
+            stages.connect = Some(wavefront.bind_pair(context, &cache.connections)?);
+        }
+        if let Some(subspaces) = &self.subspaces {
+            stages.sort.extend(subspaces.sort.iter().cloned());
+        }
+        self.stages = stages;
         Ok(())
     }
 
@@ -249,63 +252,65 @@ impl Bidirectional {
     /// Mean number of vertices that a light path leaves in the cache, from paths that no picture is made of: a
     /// number that depends on the samples it weighs would bias them.
     fn vertices_a_path(&mut self, context: &Context) -> Result<f64, DeviceError> {
-        let mut batch = self.wavefront.tiny_batch();
-        batch.max_depth = self.wavefront.batches(0, 1)[0].max_depth;
-        batch.first_sample = PILOT_SAMPLE;
-        let counts = self.trace_light(context, &batch, PILOT_PATHS, Light::Cache)?;
+        let counts = self.fill_cache(context, PILOT_SAMPLE, PILOT_PATHS)?;
         Ok(f64::from(counts.light_vertices) / f64::from(PILOT_PATHS))
     }
 
-    /// Traces `paths` light paths into the cache, and nothing else: for those who learn from it.
+    /// Traces `paths` light paths into the cache that all eye paths share, and nothing else.
     ///
     /// # Errors
     /// A lost device.
     pub fn fill_cache(&mut self, context: &Context, sample: u32, paths: u32) -> Result<Counts, DeviceError> {
-        let mut batch = self.wavefront.batches(sample, 1)[0];
-        batch.light_path_count = paths;
-        self.trace_light(context, &batch, paths, Light::Cache)
+        let template = Batch { light_path_count: paths, ..self.wavefront.batches(sample, 1)[0] };
+        self.trace_light(context, &self.shared_batches(&template), Light::Cache)
     }
 
-    /// Traces `paths` light paths; `template` says of which iteration, or, for light paths of pixels, of which pixels.
+    /// The light paths of an iteration, as many at a time as the queues hold.
+    fn shared_batches(&self, template: &Batch) -> Vec<Batch> {
+        let paths = template.light_path_count;
+        let most = self.wavefront.capacity;
+        (0..paths)
+            .step_by(most as usize)
+            .map(|first| Batch {
+                first_light_path: first,
+                pixel_count: most.min(paths - first),
+                sample_count: 1,
+                ..*template
+            })
+            .collect()
+    }
+
+    /// Traces batches of light paths into the empty cache and sorts it.
     fn trace_light(
         &mut self,
         context: &Context,
-        template: &Batch,
-        paths: u32,
+        batches: &[Batch],
         purpose: Light,
     ) -> Result<Counts, DeviceError> {
         let before = self.wavefront.counts(context)?;
         let mut purpose = purpose;
-        loop {
+        let counts = loop {
             let mut encoder = context.device.create_command_encoder(&Default::default());
-            // The cache starts empty.
             let offset = std::mem::offset_of!(Counts, light_vertices) as u64;
             encoder.clear_buffer(self.wavefront.buffers.get("counts")?, offset, Some(8));
             context.queue.submit([encoder.finish()]);
-            for first in (0..paths).step_by(self.wavefront.capacity as usize) {
-                let mut batch = *template;
-                if !matches!(self.method, Method::Bdpt { .. }) {
-                    batch.first_light_path = first;
-                    batch.pixel_count = self.wavefront.capacity.min(paths - first);
-                    batch.sample_count = 1;
-                }
-                self.trace_light_batch(context, &batch, purpose)?;
+            for batch in batches {
+                self.trace_light_batch(context, batch, purpose)?;
             }
             let counts = self.wavefront.counts(context)?;
-            let light = &self.light;
-            let capacity = light.as_ref().map_or(0, |light| light.capacity);
-            if capacity > 0 && counts.light_vertices > capacity {
-                // Once more with room for all; what went to the camera has arrived there.
-                self.bind_cache(context, u64::from(counts.light_vertices) * 5 / 4)?;
-                purpose = Light::Cache;
-                continue;
+            if self.capacity == 0 || counts.light_vertices <= self.capacity {
+                break counts;
             }
-            let totals = &mut self.wavefront.light_counts;
-            totals.light_closest_hit += total(counts.closest_total) - total(before.closest_total);
-            totals.light_occlusion += total(counts.shadow_total) - total(before.shadow_total);
-            totals.light_vertices += u64::from(counts.light_vertices);
-            return self.sort_cache(context).map(|()| counts);
-        }
+            // Once more with room for all; what went to the camera has arrived there.
+            self.make_cache(context, u64::from(counts.light_vertices) * 5 / 4)?;
+            purpose = Light::Cache;
+        };
+        let totals = &mut self.wavefront.light_counts;
+        totals.light_closest_hit += total(counts.closest_total) - total(before.closest_total);
+        totals.light_occlusion += total(counts.shadow_total) - total(before.shadow_total);
+        totals.light_vertices += u64::from(counts.light_vertices);
+        self.wavefront.submit(context, &self.stages.sort)?;
+        Ok(counts)
     }
 
     fn trace_light_batch(
@@ -314,29 +319,16 @@ impl Bidirectional {
         batch: &Batch,
         purpose: Light,
     ) -> Result<(), DeviceError> {
-        let Some(light) = &self.light else { return Ok(()) };
-        let rays = light.rays.clone();
-        let tests = light.camera_tests.clone();
+        let Some(rays) = &self.stages.light_rays else { return Ok(()) };
         let bounce = match purpose {
-            Light::CameraAndCache => light.bounce.clone(),
-            Light::Cache => light.quiet_bounce.clone(),
+            Light::CameraAndCache => &self.stages.light_bounce,
+            Light::Cache => &self.stages.quiet_light_bounce,
         };
-        let mut encoder = self.wavefront.start(context, batch, &rays)?;
+        let mut encoder = self.wavefront.start(context, batch, rays)?;
         if matches!(self.method, Method::Light { .. }) {
-            self.wavefront.record(&mut encoder, &tests)?;
+            self.wavefront.record(&mut encoder, &self.stages.camera_tests)?;
         }
-        self.wavefront.bounce(context, encoder, &bounce, batch.max_depth)
-    }
-
-    fn sort_cache(&mut self, context: &Context) -> Result<(), DeviceError> {
-        let Some(light) = &self.light else { return Ok(()) };
-        let (Some(scan), Some(order)) = (&light.scan, &light.order) else { return Ok(()) };
-        let mut stages =
-            vec![Stage::new(scan, Size::Count(1)), Stage::new(order, Size::Count(light.capacity))];
-        if let Some(subspaces) = &self.subspaces {
-            stages.extend(subspaces.sort.iter().cloned());
-        }
-        self.wavefront.submit(context, &stages)
+        self.wavefront.bounce(context, encoder, bounce, batch.max_depth)
     }
 
     /// The stages of a bounce of eye paths.
@@ -347,16 +339,16 @@ impl Bidirectional {
         };
         [0, 1].map(|parity: usize| {
             let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
-            if let Some(subspaces) = &self.subspaces {
-                stages.push(Stage::new(&subspaces.labels[parity], Size::Paths));
+            if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
+                stages.push(Stage::new(&labels[parity], Size::Paths));
             }
-            if let Some(connect) = &self.connect {
+            if let Some(connect) = &self.stages.connect {
                 for _ in 0..rounds {
                     stages.push(Stage::new(&connect[parity], Size::Cells));
                     stages.extend(self.wavefront.test_connections.iter().cloned());
                 }
             }
-            if let Some(shade) = &self.eye_shade {
+            if let Some(shade) = &self.stages.eye_shade {
                 stages.push(Stage::new(&shade[parity], Size::Paths));
             }
             stages.push(Stage::new(&self.wavefront.advance, Size::Count(1)));
@@ -364,58 +356,111 @@ impl Bidirectional {
         })
     }
 
+    /// Traces eye paths against the cache.
     fn trace_eye(&mut self, context: &Context, batch: &Batch, counts: &Counts) -> Result<(), DeviceError> {
         let first_rays = self.wavefront.camera_rays.clone();
         let encoder = self.wavefront.start(context, batch, &first_rays)?;
-        if self.eye_shade.is_some() {
+        if self.stages.eye_shade.is_some() {
             let bounce = self.eye_bounce(counts);
-            self.wavefront.bounce(context, encoder, &bounce, batch.max_depth)?;
-        } else {
-            context.queue.submit([encoder.finish()]);
+            return self.wavefront.bounce(context, encoder, &bounce, batch.max_depth);
         }
-        self.wavefront.accumulate(context, batch)
+        context.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// A batch as the method's kernels want it.
+    fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
+        let to_camera = self.stages.light_rays.is_some() && self.method.traces_light();
+        Batch {
+            light_path_count: light_paths,
+            connection_density: match self.method {
+                Method::Light { .. } | Method::SpcBpt { .. } => 0.0,
+                _ => self.connection_density,
+            },
+            camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
+            ..batch
+        }
+    }
+
+    /// Traces the eye paths of a batch against `light_paths` light paths, for kernels that write down what they find.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn find_paths(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        light_paths: u32,
+    ) -> Result<Counts, DeviceError> {
+        let batch = self.complete(*batch, light_paths);
+        let counts = self.trace_light(context, &self.shared_batches(&batch), Light::Cache)?;
+        self.trace_eye(context, &batch, &counts)?;
+        Ok(counts)
     }
 
     /// One sample of every pixel.
     fn iterate(&mut self, context: &Context, batches: &[Batch], light_paths: u32) -> Result<(), DeviceError> {
-        let lit = self.light.is_some();
-        let batches: Vec<Batch> = batches
-            .iter()
-            .map(|&batch| Batch {
-                light_path_count: light_paths,
-                connection_density: match self.method {
-                    Method::Light { .. } | Method::SpcBpt { .. } => 0.0,
-                    _ => self.connection_density,
-                },
-                camera_paths: if lit && self.method.traces_light() { light_paths as f32 } else { 0.0 },
-                ..batch
-            })
-            .collect();
+        let lit = self.stages.light_rays.is_some();
+        let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
+        let own_paths = matches!(self.method, Method::Bdpt { .. });
+        let mut purpose = Light::CameraAndCache;
         let mut counts = Counts::default();
-        if let Method::Bdpt { .. } = self.method {
-            let alone = batches.len() == 1;
-            if lit && !alone && self.method.traces_light() {
-                // All that light paths bring to the camera has to be there before the first pixel is summed.
-                for batch in &batches {
-                    self.trace_light(context, batch, 1, Light::CameraAndCache)?;
-                }
-            }
+        if lit && !own_paths {
+            counts = self.trace_light(context, &self.shared_batches(&batches[0]), purpose)?;
+        } else if lit && batches.len() > 1 && self.method.traces_light() {
+            // All that light paths bring to the camera has to be there before the first pixel is summed.
             for batch in &batches {
-                if lit {
-                    let purpose = if alone { Light::CameraAndCache } else { Light::Cache };
-                    counts = self.trace_light(context, batch, 1, purpose)?;
-                }
-                self.trace_eye(context, batch, &counts)?;
+                self.trace_light(context, &[*batch], purpose)?;
             }
-            return Ok(());
-        }
-        if lit {
-            counts = self.trace_light(context, &batches[0], light_paths, Light::CameraAndCache)?;
+            purpose = Light::Cache;
         }
         for batch in &batches {
+            if lit && own_paths {
+                counts = self.trace_light(context, &[*batch], purpose)?;
+            }
             self.trace_eye(context, batch, &counts)?;
+            self.wavefront.accumulate(context, batch)?;
         }
         Ok(())
+    }
+}
+
+impl LightKernels {
+    fn new(context: &Context, wavefront: &mut Wavefront, method: Method) -> Result<Self, DeviceError> {
+        let features = light_features(method);
+        let closest_hit = match wavefront.has_alpha() {
+            true => Some(wavefront.compile(context, "closest_hit", &features)?),
+            false => None,
+        };
+        let camera = match method.traces_light() {
+            true => {
+                let mut splat_features = features.clone();
+                splat_features.extend(["any_hit", "splats_atomic"]);
+                Some([
+                    wavefront.compile(context, "camera_connections", &features)?,
+                    wavefront.compile(context, "occlusion", &splat_features)?,
+                ])
+            }
+            false => None,
+        };
+        let cache = match method {
+            Method::Light { .. } => None,
+            _ => {
+                let own: &[&str] = if let Method::Bdpt { .. } = method { &["own_light_path"] } else { &[] };
+                Some(CacheKernels {
+                    scan: wavefront.compile(context, "light_scan", &[])?,
+                    order: wavefront.compile(context, "light_order", &[])?,
+                    connections: wavefront.compile(context, "light_connections", own)?,
+                })
+            }
+        };
+        Ok(Self {
+            rays: wavefront.compile(context, "light_rays", &features)?,
+            shade: wavefront.compile(context, "light_shade", &features)?,
+            closest_hit,
+            camera,
+            cache,
+        })
     }
 }
 

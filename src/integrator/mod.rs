@@ -1,9 +1,12 @@
 //! Integrators: what one iteration dispatches.
 
 mod bidirectional;
+mod bootstrap;
+mod learn;
 mod path;
 mod pretrace;
 pub mod ray_bench;
+mod records;
 mod subspaces;
 mod wavefront;
 
@@ -15,7 +18,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use pretrace::{DEFAULT_TRAINING_PATHS, Learning, Trained, Training, train};
+pub use learn::{Learning, Trained, Training, train};
 pub use wavefront::{RayCounts, Region, Wavefront};
 
 /// How light is transported.
@@ -167,6 +170,6 @@ pub fn integrator(
 ) -> Result<Box<dyn Integrator>, DeviceError> {
     Ok(match settings.method {
         Method::Path => Box::new(path::PathIntegrator::new(context, scene, camera, settings)?),
-        _ => Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings, model)?),
+        _ => Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings, model, false)?),
     })
 }

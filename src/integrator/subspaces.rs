@@ -1,9 +1,9 @@
 //! What connecting by subspaces needs on the device: the model, and the light cache sorted by light subspace.
 
-use crate::device::layout::{Hit, PathRay, TreeNode, Triangle};
-use crate::device::{Bound, BufferTable, Context, Kernel};
+use crate::device::layout::{Hit, PathRay, Triangle};
+use crate::device::{Bound, Context, Kernel};
 use crate::error::DeviceError;
-use crate::subspace::{Model, Tree};
+use crate::subspace::Model;
 
 use super::FirstSubspaces;
 use super::wavefront::{Size, Stage, Wavefront};
@@ -13,11 +13,14 @@ const RUNS: u32 = 256;
 
 pub(super) struct Subspaces {
     /// Classifies the vertices of eye paths.
-    pub labels: [Bound; 2],
+    pub labels: Option<[Bound; 2]>,
     /// Sorts the cache.
     pub sort: Vec<Stage>,
-    /// With the invocations of each.
-    kernels: Vec<(Kernel, u32)>,
+    label_kernel: Kernel,
+    counts: Kernel,
+    scan: Kernel,
+    order: Kernel,
+    tables: Kernel,
 }
 
 impl Subspaces {
@@ -26,53 +29,69 @@ impl Subspaces {
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
     pub fn new(context: &Context, wavefront: &mut Wavefront, model: &Model) -> Result<Self, DeviceError> {
-        let k = model.subspaces;
+        let mut compile = |name: &str| wavefront.compile(context, name, &[]);
+        let subspaces = Self {
+            labels: None,
+            sort: Vec::new(),
+            label_kernel: compile("eye_labels")?,
+            counts: compile("bucket_counts")?,
+            scan: compile("bucket_scan")?,
+            order: compile("bucket_order")?,
+            tables: compile("bucket_tables")?,
+        };
+        subspaces.upload(context, wavefront, model)?;
+        Ok(subspaces)
+    }
+
+    /// Another model; what uses it has to be bound anew.
+    ///
+    /// # Errors
+    /// A buffer that does not fit.
+    pub fn upload(
+        &self,
+        context: &Context,
+        wavefront: &mut Wavefront,
+        model: &Model,
+    ) -> Result<(), DeviceError> {
+        wavefront.subspaces = model.subspaces;
         let buffers = &mut wavefront.buffers;
-        upload_tree(context, buffers, "eye_tree", &model.eye_tree)?;
-        upload_tree(context, buffers, "light_tree", &model.light_tree)?;
+        buffers.upload(context, "eye_tree", model.eye_tree.nodes())?;
+        buffers.upload(context, "light_tree", model.light_tree.nodes())?;
         buffers.upload(context, "source_labels", &model.sources)?;
         let tables = model.tables()?;
         buffers.upload(context, "gamma_pdf", &tables.pdf)?;
-        let alias: Vec<[u32; 2]> =
-            tables.entries.iter().map(|entry| [entry.threshold, entry.alias]).collect();
-        buffers.upload(context, "gamma_alias", &alias)?;
+        buffers.upload(context, "gamma_alias", &tables.entries)?;
         let inv_q: Vec<f32> = model.q.iter().map(|q| 1.0 / q).collect();
         buffers.upload(context, "inv_q", &inv_q)?;
-        buffers.create(context, "bucket_ends", u64::from(k) * u64::from(RUNS) * 4)?;
-        let labels = wavefront.compile(context, "eye_labels", &[])?;
-        let labels = wavefront.bind_pair(context, &labels)?;
-        let mut compile = |name: &str| wavefront.compile(context, name, &[]);
-        let (scan, tables) = (compile("bucket_scan")?, compile("bucket_tables")?);
-        let workgroups = k * tables.workgroup;
-        let kernels = vec![
-            (compile("bucket_counts")?, RUNS),
-            (scan, 1),
-            (compile("bucket_order")?, RUNS),
-            (tables, workgroups),
-        ];
-        Ok(Self { labels, sort: Vec::new(), kernels })
+        buffers.create(context, "bucket_ends", u64::from(model.subspaces) * u64::from(RUNS) * 4)?;
+        Ok(())
     }
 
     /// For a cache of `vertices`.
     ///
     /// # Errors
     /// A buffer that does not fit.
-    pub fn bind(
-        &mut self,
-        context: &Context,
-        wavefront: &mut Wavefront,
-        vertices: u64,
-    ) -> Result<(), DeviceError> {
+    pub fn make_room(context: &Context, wavefront: &mut Wavefront, vertices: u64) -> Result<(), DeviceError> {
         for name in ["bucket_items", "bucket_tables", "bucket_sums"] {
             wavefront.buffers.create(context, name, vertices * 8)?;
         }
-        self.sort = self
-            .kernels
-            .iter()
-            .map(|(kernel, count)| {
-                Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, Size::Count(*count)))
-            })
-            .collect::<Result<_, DeviceError>>()?;
+        Ok(())
+    }
+
+    /// Binds the kernels to the buffers of now.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub fn bind(&mut self, context: &Context, wavefront: &mut Wavefront) -> Result<(), DeviceError> {
+        self.labels = Some(wavefront.bind_pair(context, &self.label_kernel)?);
+        let table_invocations = wavefront.subspaces * self.tables.workgroup;
+        self.sort =
+            [(&self.counts, RUNS), (&self.scan, 1), (&self.order, RUNS), (&self.tables, table_invocations)]
+                .into_iter()
+                .map(|(kernel, count)| {
+                    Ok(Stage::new(&kernel.bind(context, &wavefront.buffers)?, Size::Count(count)))
+                })
+                .collect::<Result<_, DeviceError>>()?;
         Ok(())
     }
 
@@ -88,12 +107,12 @@ impl Subspaces {
         let triangles = wavefront.buffers.get("triangles")?.size();
         let triangles: Vec<Triangle> =
             bytemuck::pod_collect_to_vec(&wavefront.buffers.read(context, "triangles", triangles)?);
+        let Some([labels, _]) = &self.labels else { return Ok(Vec::new()) };
         let mut all = Vec::new();
         for batch in wavefront.batches(0, 1) {
             let rays = wavefront.camera_rays.clone();
             let mut encoder = wavefront.start(context, &batch, &rays)?;
-            let stages =
-                [&wavefront.closest_hit[0], &self.labels[0]].map(|kernel| Stage::new(kernel, Size::Paths));
+            let stages = [&wavefront.closest_hit[0], labels].map(|kernel| Stage::new(kernel, Size::Paths));
             wavefront.record(&mut encoder, &stages)?;
             context.queue.submit([encoder.finish()]);
             let count = batch.pixel_count;
@@ -118,13 +137,4 @@ fn read<T: bytemuck::Pod>(
 ) -> Result<Vec<T>, DeviceError> {
     let bytes = wavefront.buffers.read(context, name, u64::from(count) * size_of::<T>() as u64)?;
     Ok(bytemuck::pod_collect_to_vec(&bytes))
-}
-
-fn upload_tree(
-    context: &Context,
-    buffers: &mut BufferTable,
-    name: &str,
-    tree: &Tree,
-) -> Result<(), DeviceError> {
-    buffers.upload::<TreeNode>(context, name, tree.nodes())
 }

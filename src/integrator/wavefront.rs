@@ -94,10 +94,12 @@ pub(super) struct Form {
     pub bidirectional: bool,
     /// Light paths add to the film.
     pub splats: bool,
-    /// Vertices are classified into so many subspaces; 0: not at all.
-    pub subspaces: u32,
+    /// Vertices are classified into subspaces.
+    pub subspaces: bool,
     /// Directions count in the classification.
     pub subspace_directions: bool,
+    /// Paths are written down, for the host to learn from.
+    pub learns: bool,
 }
 
 /// Kernels and queues of a path-space wavefront.
@@ -111,6 +113,7 @@ pub struct Wavefront {
     pub(super) camera_rays: Bound,
     pub(super) closest_hit: [Bound; 2],
     pub(super) advance: Bound,
+    tests: Option<[Kernel; 2]>,
     /// Tests the connections in the queue; none where nothing connects.
     pub(super) test_connections: Vec<Stage>,
     accumulate: Bound,
@@ -119,6 +122,8 @@ pub struct Wavefront {
     pub compile_time: Duration,
     /// What the device does not count apart.
     pub(super) light_counts: RayCounts,
+    /// K, subspaces a side.
+    pub(super) subspaces: u32,
 }
 
 impl Wavefront {
@@ -141,17 +146,19 @@ impl Wavefront {
         if form.splats {
             features.insert("splats");
         }
-        if form.subspaces > 0 {
+        if form.subspaces {
             features.insert("subspaces");
         }
         if form.subspace_directions {
             features.insert("subspace_directions");
         }
+        if form.learns {
+            features.insert("learns");
+        }
         if context.is_cpu() {
             features.insert("one_lane");
         }
         let mut constants = std::mem::take(&mut scene.constants);
-        constants.push(("SUBSPACES", f64::from(form.subspaces)));
         constants.push(("CELLS", f64::from(form.cells)));
 
         let mut compile_time = Duration::ZERO;
@@ -165,7 +172,7 @@ impl Wavefront {
         let closest_hit = compile("closest_hit", &[])?;
         let advance = compile("queue_advance", &[])?;
         let tests = match connects {
-            true => Some((compile("shadow_advance", &[])?, compile("occlusion", &["any_hit"])?)),
+            true => Some([compile("shadow_advance", &[])?, compile("occlusion", &["any_hit"])?]),
             false => None,
         };
         let accumulate = compile("film_accumulate", &[])?;
@@ -182,7 +189,7 @@ impl Wavefront {
         if form.bidirectional {
             swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
         }
-        if form.subspaces > 0 {
+        if form.subspaces {
             swapped.push(("shares", pair(["shares a", "shares b"], 16)?));
             buffers.create(context, "eye_labels", bytes(8))?;
         }
@@ -213,19 +220,12 @@ impl Wavefront {
         let [camera_rays, _] = bind_pair(context, &mut buffers, &swapped, &camera_rays)?;
         let closest_hit = bind_pair(context, &mut buffers, &swapped, &closest_hit)?;
         let advance = advance.bind(context, &buffers)?;
-        let test_connections = match &tests {
-            Some((advance, occlusion)) => vec![
-                Stage { kernel: advance.bind(context, &buffers)?, size: Size::Count(1) },
-                Stage { kernel: occlusion.bind(context, &buffers)?, size: Size::Shadow },
-            ],
-            None => Vec::new(),
-        };
         let accumulate = accumulate.bind(context, &buffers)?;
         let first_hit = match first_hit {
             Some(kernel) => Some(bind_pair(context, &mut buffers, &swapped, &kernel)?[0].clone()),
             None => None,
         };
-        Ok(Self {
+        let mut wavefront = Self {
             buffers,
             settings,
             capacity,
@@ -235,18 +235,41 @@ impl Wavefront {
             camera_rays,
             closest_hit,
             advance,
-            test_connections,
+            tests,
+            test_connections: Vec::new(),
             accumulate,
             first_hit,
             timing: if settings.timing { Timing::new(context) } else { None },
             compile_time,
             light_counts: RayCounts::default(),
-        })
+            subspaces: 0,
+        };
+        wavefront.bind_tests(context)?;
+        Ok(wavefront)
+    }
+
+    /// Binds the tests of connections to the buffers of now.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub(super) fn bind_tests(&mut self, context: &Context) -> Result<(), DeviceError> {
+        if let Some([advance, occlusion]) = &self.tests {
+            self.test_connections = vec![
+                Stage::new(&advance.bind(context, &self.buffers)?, Size::Count(1)),
+                Stage::new(&occlusion.bind(context, &self.buffers)?, Size::Shadow),
+            ];
+        }
+        Ok(())
     }
 
     /// Something in the scene can be sampled as a light.
     pub(super) fn has_lights(&self) -> bool {
         self.features.contains("lights")
+    }
+
+    /// Kernels write down the paths that they find.
+    pub(super) fn learns(&self) -> bool {
+        self.features.contains("learns")
     }
 
     /// Masked or blended surfaces make every traversal draw numbers of its path.
@@ -350,6 +373,7 @@ impl Wavefront {
             only_s: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.s),
             only_t: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.t),
             weighted: u32::from(strategy.is_none_or(|strategy| strategy.weighted)),
+            subspaces: self.subspaces,
             ..Batch::default()
         };
         let mut batches = Vec::new();

@@ -41,6 +41,21 @@ pub struct GammaTables {
 }
 
 impl Model {
+    /// One subspace a side, and a Q that says nothing: any light vertex is as good as its power.
+    pub fn ignorant(lights: usize, scene_hash: u64, settings: Settings) -> Self {
+        Self {
+            scene_hash,
+            settings,
+            subspaces: 1,
+            eye_tree: Tree::single(0),
+            light_tree: Tree::single(0),
+            sources: vec![SourceLabels { first: 0, divisions: 1 }; lights],
+            gamma: vec![1.0],
+            q: vec![1.0],
+            report: TrainingReport::default(),
+        }
+    }
+
     pub fn eye_label(&self, feature: &Feature) -> u32 {
         self.eye_tree.label(feature)
     }

@@ -82,7 +82,7 @@ pub fn weigh(set: &TrainingSet, lights: usize, settings: &Settings) -> Result<We
             PathWeight {
                 squared: contribution * contribution,
                 weight: contribution,
-                held_out: is_held_out(index, settings),
+                held_out: is_held_out(set.group_of(index), settings),
             }
         })
         .collect();
@@ -114,8 +114,8 @@ pub(super) fn check_lights<'a>(
     }
 }
 
-/// By the path's number and the seed alone.
-fn is_held_out(index: usize, settings: &Settings) -> bool {
-    let key = [index as u32, (index as u64 >> 32) as u32, HELD_OUT_STREAM, seed_key(settings.seed)];
+/// By the group and the seed alone.
+fn is_held_out(group: u32, settings: &Settings) -> bool {
+    let key = [group, 0, HELD_OUT_STREAM, seed_key(settings.seed)];
     f64::from(pcg4d(key)[0]) < settings.held_out * 2f64.powi(32)
 }

@@ -76,6 +76,8 @@ pub struct TrainingSet {
     nodes: Vec<TrainingNode>,
     /// Where each path's nodes begin, and the end of the last.
     offsets: Vec<u32>,
+    /// Paths of a group are held out together, or not.
+    groups: Vec<u32>,
     /// Pixels of each tile.
     tile_pixels: Vec<u32>,
     /// Tiles along a row of the picture.
@@ -90,7 +92,14 @@ impl TrainingSet {
         let side = |tile: u32, size: u32| size.saturating_sub(tile * TILE_SIZE).clamp(1, TILE_SIZE);
         let tile_pixels =
             (0..rows).flat_map(|y| (0..columns).map(move |x| side(x, width) * side(y, height))).collect();
-        Self { paths: Vec::new(), nodes: Vec::new(), offsets: vec![0], tile_pixels, tile_columns: columns }
+        Self {
+            paths: Vec::new(),
+            nodes: Vec::new(),
+            offsets: vec![0],
+            groups: Vec::new(),
+            tile_pixels,
+            tile_columns: columns,
+        }
     }
 
     /// The tile of a pixel of the picture.
@@ -98,7 +107,9 @@ impl TrainingSet {
         y / TILE_SIZE * self.tile_columns + x / TILE_SIZE
     }
 
-    pub fn push_path(&mut self, path: TrainingPath, nodes: &[TrainingNode]) {
+    /// Adds a path. Paths that have much in common say the same `group`: one that teaches must not judge another.
+    pub fn push_path(&mut self, group: u32, path: TrainingPath, nodes: &[TrainingNode]) {
+        self.groups.push(group);
         self.paths.push(path);
         self.nodes.extend_from_slice(nodes);
         self.offsets.push(self.nodes.len() as u32);
@@ -110,6 +121,10 @@ impl TrainingSet {
 
     pub fn nodes(&self) -> &[TrainingNode] {
         &self.nodes
+    }
+
+    pub(super) fn group_of(&self, path: usize) -> u32 {
+        self.groups[path]
     }
 
     pub(super) fn nodes_of(&self, path: usize) -> Range<usize> {

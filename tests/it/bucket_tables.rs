@@ -72,7 +72,7 @@ fn sort(lanes: &[&'static str]) -> Sorted {
         vertices[slot as usize].number_label |= number as u32 & 0xffff;
     }
     let mut buffers = BufferTable::default();
-    let batch = Batch { light_path_count: 1, ..Batch::default() };
+    let batch = Batch { light_path_count: 1, subspaces: SUBSPACES as u32, ..Batch::default() };
     buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
     buffers.upload(context, "light_vertices", &vertices).expect("upload");
     buffers.upload(context, "light_order", &order).expect("upload");
@@ -83,9 +83,8 @@ fn sort(lanes: &[&'static str]) -> Sorted {
         buffers.create(context, name, count as u64 * 8).expect("create");
     }
     let features: Features = lanes.iter().copied().chain(["subspaces", "light_cache"]).collect();
-    let constants = [("SUBSPACES", SUBSPACES as f64)];
     for name in ["bucket_counts", "bucket_scan", "bucket_order", "bucket_tables"] {
-        let kernel = Kernel::new(context, name, &features, &constants).expect("a kernel");
+        let kernel = Kernel::new(context, name, &features, &[]).expect("a kernel");
         let invocations = match name {
             "bucket_counts" | "bucket_order" => RUNS as u32,
             "bucket_scan" => 1,

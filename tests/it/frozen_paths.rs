@@ -23,8 +23,6 @@ pub const LIGHT_PATHS: f32 = 700.0;
 const CONNECTION_DENSITY: f32 = 0.4;
 
 const KERNEL: &str = include_str!("frozen_paths.wgsl");
-/// Has the one piece of the recursion that is in no library.
-const EYE_SHADE: &str = include_str!("../../shaders/eye_shade.wgsl");
 
 /// What the kernel says of a path.
 pub struct Found {
@@ -32,13 +30,6 @@ pub struct Found {
     pub weights: [f32; 10],
     /// Position and geometric normal of x_1 .. x_n in unit space.
     pub points: [[[f32; 4]; 2]; VERTICES],
-}
-
-/// [`KERNEL`] with the step of the eye's shares.
-fn kernel() -> String {
-    let start = EYE_SHADE.find("    let is_delta = ").expect("the step begins");
-    let length = EYE_SHADE[start..].find("#endif").expect("the step ends");
-    KERNEL.replace("EYE_SHADE", &EYE_SHADE[start..start + length])
 }
 
 #[repr(C)]
@@ -156,13 +147,13 @@ impl<'a> Bench<'a> {
         frozen
     }
 
-    /// What the kernel finds for each path, with light tracing by so many light paths. `extra`: one more feature, with
-    /// its constants and its buffers.
+    /// What the kernel finds for each path, with light tracing by so many light paths. `subspaces`: connections by them,
+    /// with the features for it, their number and that of connections; their buffers are there.
     pub fn kernel_finds(
         &mut self,
         frozen: &[Frozen],
         light_paths: f32,
-        extra: Option<(&'static str, &[(&'static str, f64)])>,
+        subspaces: Option<(&[&'static str], u32, u32)>,
     ) -> Vec<Found> {
         let context = gpu::context();
         let mut features = self.device.kernel_features();
@@ -170,12 +161,12 @@ impl<'a> Bench<'a> {
         let mut constants = self.device.constants.clone();
         // Of connections by subspaces the batch knows nothing.
         let mut connection_density = CONNECTION_DENSITY;
-        if let Some((feature, more)) = extra {
-            features.insert(feature);
-            constants.extend(more);
+        if let Some((more, _, connections)) = subspaces {
+            features.extend(more);
+            constants.push(("CELLS", f64::from(connections)));
             connection_density = 0.0;
         }
-        let stitched = stitch_text("frozen paths", &kernel(), &features).expect("directives");
+        let stitched = stitch_text("frozen paths", KERNEL, &features).expect("directives");
         let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &constants).expect("a kernel");
         let camera = self.device.camera(&self.space.view, RESOLUTION[0], RESOLUTION[1]);
         let buffers = &mut self.device.buffers;
@@ -187,6 +178,7 @@ impl<'a> Bench<'a> {
             light_path_count: 1,
             connection_density,
             camera_paths: light_paths,
+            subspaces: subspaces.map_or(0, |(_, count, _)| count),
             ..Batch::default()
         };
         buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
@@ -196,7 +188,6 @@ impl<'a> Bench<'a> {
         let (weights, points) = (count * 40, count * 32 * VERTICES as u64);
         buffers.create(context, "weights", weights).expect("create");
         buffers.create(context, "points", points).expect("create");
-        buffers.create(context, "shares_out", count * 16).expect("create");
         let bound = kernel.bind(context, buffers).expect("all buffers named");
         let mut encoder = context.device.create_command_encoder(&Default::default());
         bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), frozen.len() as u32);

@@ -175,7 +175,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         throughput *= transmittance(medium_between(medium, point, arrival.world_from), crossed);
         var vertex: LightVertex;
 #if subspaces
-        arrival.edge = light_edge(point, arrival.world_from, share);
+        let column = bitcast<u32>(share.w);
+        // Before x_1 the camera, which only t = 1 sees.
+        var to_camera = camera_view(point.position).direction;
+        if i > 1u {
+            to_camera = -direction_from(path, i - 1u);
+        }
+        arrival.edge = light_edge(point, to_camera, share.x, column);
         let label = vertex_label(TREE_LIGHT, point, arrival.world_from);
         vertex.number_label = label << 16u;
 #endif
@@ -189,6 +195,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         vertex.ratio = arrival.ratio;
         vertex.to_previous = arrival.to_previous;
         vertex.edge = arrival.edge;
+#if subspace_directions
+        vertex.edge = share.x;
+        vertex.depth_kind |= column << 20u;
+#endif
         light_side[i] = vertex;
         if i == 1u {
             if batch.camera_paths > 0.0 && !is_delta(point) {
@@ -240,12 +250,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         direction = direction_from(path, i);
         let step = step_along(point, arrival, direction, true);
 #if subspaces
-        let departure = Departure(true, direction, step.pdf_solid, step.weight, step.next);
-        let slot = path;
-        {
-EYE_SHADE
-        }
-        shares.share = shares_out[slot];
+        let f = step.weight * (step.pdf_solid / abs(dot(direction, point.world_ng)));
+        shares.share = departing_share(point, arrival, shares, direction, f, is_delta(point));
 #endif
         pdf_solid = step.pdf_solid;
         previous = step.next;

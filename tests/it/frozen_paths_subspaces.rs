@@ -173,8 +173,8 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     // Positions first, to grow trees about.
     let blank = random_model(&[], bench.lights.len(), false, &mut Stream::new(0));
     upload(&mut bench, &blank);
-    let constants = [("SUBSPACES", f64::from(SUBSPACES)), ("CELLS", f64::from(CONNECTIONS))];
-    let extra = Some(("subspaces", &constants[..]));
+    let features: &[&str] = if direction { &["subspaces", "subspace_directions"] } else { &["subspaces"] };
+    let extra = Some((features, SUBSPACES, CONNECTIONS));
     let mut found = bench.kernel_finds(&frozen, 0.0, extra);
     // Edges along a face are the judge's own rounding.
     let keep: Vec<bool> = (0..paths.len())
@@ -184,7 +184,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     retain(&mut frozen, &keep);
     retain(&mut found, &keep);
     println!("{}: {} paths along faces left out", scene.name, keep.len() - paths.len());
-    let features: Vec<[Feature; 2]> = (0..paths.len())
+    let ends: Vec<[Feature; 2]> = (0..paths.len())
         .flat_map(|at| {
             let seen = Seen { bench: &bench, path: &paths[at], frozen: &frozen[at], found: &found[at] };
             let both = |i| {
@@ -194,7 +194,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
             (1..paths[at].edges()).map(both).collect::<Vec<_>>()
         })
         .collect();
-    let model = random_model(&features, bench.lights.len(), direction, &mut Stream::new(6));
+    let model = random_model(&ends, bench.lights.len(), direction, &mut Stream::new(6));
     upload(&mut bench, &model);
     let sizes = [model.eye_tree.nodes().len(), model.light_tree.nodes().len()];
     println!("{}: trees of {sizes:?} nodes", scene.name);
@@ -318,7 +318,6 @@ fn c06_subspaces_dark_glass() {
 
 /// Trees that look at where sub-paths come from, which is another direction from either end.
 #[test]
-#[ignore = "kernels label a vertex by its own side's direction only"]
 fn c06_subspaces_by_direction() {
     assert_partition(&double_sided_lamp(), 8, 2e-3, true);
 }

@@ -132,7 +132,10 @@ impl Public {
 
 /// Few paths teach enough for pictures of a few samples.
 fn quick_training() -> Training {
-    Training { paths: 20_000, settings: Settings { connections: DEFAULT_CONNECTIONS, ..Settings::default() } }
+    Training {
+        paths: Some(20_000),
+        settings: Settings { connections: DEFAULT_CONNECTIONS, ..Settings::default() },
+    }
 }
 
 const SPCBPT: Method =

@@ -22,7 +22,12 @@ fn method(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
 fn spcbpt(method: Method, samples: u32, model: Option<Arc<Model>>) -> RenderOptions {
     let Method::SpcBpt { connections, .. } = method else { panic!("{method:?} learns nothing") };
     let settings = Settings { subspaces: Some(24), connections, ..Settings::default() };
-    RenderOptions { method, model, training: Training { paths: 4000, settings }, ..options(SIZE, samples) }
+    RenderOptions {
+        method,
+        model,
+        training: Training { paths: Some(4000), settings },
+        ..options(SIZE, samples)
+    }
 }
 
 fn trained(scene: &Scene) -> Model {

@@ -101,7 +101,7 @@ pub fn data(paths: usize, seed: u64) -> Data {
         let p0 = if stream.f32() < 0.3 { 0.0 } else { stream.f32() };
         let contribution = 0.1 + stream.f32() * stream.f32();
         path_lengths.push(nodes.len());
-        set.push_path(TrainingPath { tile, contribution, p0 }, &nodes);
+        set.push_path(set.paths().len() as u32, TrainingPath { tile, contribution, p0 }, &nodes);
     }
     let light_samples = (0..paths / 2)
         .map(|_| LightSample { end: light_end(&mut stream, None, lights.len() as u32), weight: stream.f32() })

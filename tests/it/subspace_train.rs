@@ -22,7 +22,7 @@ fn scaled(data: &Data, contribution: f32, light: f32) -> Data {
         path.contribution *= contribution;
         let (own, others) = rest.split_at(data.path_lengths[index]);
         rest = others;
-        set.push_path(path, own);
+        set.push_path(index as u32, path, own);
     }
     let weigh = |sample: &LightSample| LightSample { weight: sample.weight * light, ..*sample };
     Data {
@@ -160,7 +160,7 @@ fn faulty_paths_are_left_out_and_counted() {
     let mut faulty = data(2000, 9);
     let (path, node) = (clean.set.paths()[0], clean.set.nodes()[0]);
     for bad in [f32::NAN, f32::INFINITY, -1.0] {
-        let mut push = |path, node| faulty.set.push_path(path, &[node]);
+        let mut push = |path, node| faulty.set.push_path(faulty.set.paths().len() as u32, path, &[node]);
         push(halfway::subspace::TrainingPath { contribution: bad, ..path }, node);
         push(halfway::subspace::TrainingPath { p0: bad, ..path }, node);
         push(path, halfway::subspace::TrainingNode { mass: bad, ..node });
@@ -195,7 +195,7 @@ fn held_out_paths_teach_nothing() {
         if weighed.paths[index].held_out {
             own.iter_mut().for_each(|node| (node.eye, node.mass) = (original.set.nodes()[0].eye, 0.5));
         }
-        other.set.push_path(*path, &own);
+        other.set.push_path(index as u32, *path, &own);
     }
     let (original, other) = (original.train(&settings), other.train(&settings));
     assert!(original.eye_tree == other.eye_tree && original.light_tree == other.light_tree);

@@ -1,0 +1,55 @@
+#import bind/queue
+#import bind/training
+#import lib/subpath
+#import lib/subspaces
+
+// Writing down the paths that the host learns from.
+
+/// Writes an end; the slot is the cell of `radiance` that its visibility goes to.
+fn write_end(end: TrainingEnd) -> u32 {
+    let slot = atomicAdd(&training_counts.ends, 1u);
+    if slot < arrayLength(&training_ends) {
+        training_ends[slot] = end;
+        radiance[slot] = vec4f(0.0);
+    }
+    return slot;
+}
+
+/// A light that the ray hit. `weight`: density of hitting it over that of all ways to find it. `pdf`: of hitting it, in
+/// the light's measure.
+fn write_hit(ray: PathRay, emission: vec3f, weight: f32, pdf: f32, geometry: f32, light: u32, at: vec2f) {
+    var end: TrainingEnd;
+    end.emitted = emission * (weight / pdf);
+    end.path = ray.path;
+    end.depth_sampled = (ray.depth_medium & 0xffffu) - 1u;
+    end.f_light = vec3f(1.0);
+    end.vertex = NO_LIGHT_VERTEX;
+    end.contribution = magnitude(ray.throughput * emission) * weight;
+    end.p0 = weight;
+    end.geometry = geometry;
+    end.light = light;
+    end.at = at;
+    end.direction = ray.direction;
+    if end.contribution > 0.0 {
+        write_end(end);
+    }
+}
+
+/// A vertex of an eye path; `f`: the BSDF on the way to the next, 0 where the path ends.
+fn write_vertex(
+    point: SurfacePoint, arrival: Arrival, path: u32, depth: u32, is_delta: bool, f: vec3f, geometry: f32,
+) {
+    let slot = atomicAdd(&training_counts.vertices, 1u);
+    if slot < arrayLength(&training_vertices) {
+        training_vertices[slot] = TrainingVertex(
+            point.position,
+            path,
+            label_normal(point, arrival.world_from),
+            depth | select(0u, 1u << 16u, is_delta),
+            arrival.world_from,
+            arrival.pdf_area,
+            f,
+            geometry,
+        );
+    }
+}

@@ -1,0 +1,168 @@
+//! Learning from the paths that connections by subspaces find themselves, by what earlier ones have taught: light that
+//! path tracing hardly ever meets is found as soon as connections know where it is.
+//!
+//! Nothing here is shown: samples and the picture's are independent, so that whatever is learnt, the picture is unbiased.
+
+use crate::device::Kernel;
+use crate::device::layout::LightFeature;
+use crate::error::{DeviceError, RenderError};
+use crate::subspace::{self, LightSample, Model, TrainingSet};
+
+use super::bidirectional::Bidirectional;
+use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, training_batch};
+use super::records::{Records, light_features, light_sample};
+use super::{Method, Region, Settings};
+
+/// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
+const PATHS_AN_ITERATION: u32 = 1 << 16;
+/// Room for records at first, for each of them.
+const RECORDS_A_PATH: u32 = 8;
+/// After so many iterations another model is made of all that was found.
+const LESSONS: [u32; 5] = [1, 2, 4, 8, 16];
+/// Connections that are enough for the largest number of subspaces that pays off.
+const ENOUGH_NODES: usize = 2_500_000;
+
+/// Finds paths and learns from them, by turns.
+///
+/// # Errors
+/// As [`super::train`].
+pub(super) fn train(
+    lesson: &Lesson,
+    mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
+) -> Result<Trained, RenderError> {
+    let mut course = Course::new(lesson)?;
+    course.look_for_light(lesson)?;
+    let last = LESSONS[LESSONS.len() - 1];
+    for iteration in 1..=last {
+        course.find_paths(lesson, iteration)?;
+        let nodes = course.set.nodes().len();
+        let share = (f64::from(iteration) / f64::from(last)).max(nodes as f64 / ENOUGH_NODES as f64);
+        go_on(Learning::TrainingPaths(share.min(1.0)))?;
+        let enough = nodes >= ENOUGH_NODES;
+        if enough || LESSONS.contains(&iteration) {
+            go_on(Learning::Fitting)?;
+            course.learn(lesson)?;
+        }
+        if enough {
+            break;
+        }
+    }
+    Ok(course.clock.trained(course.model, course.camera_paths))
+}
+
+/// What was found and learnt so far.
+struct Course {
+    integrator: Bidirectional,
+    samples_kernel: Kernel,
+    records: Records,
+    set: TrainingSet,
+    lights: Vec<LightSample>,
+    light_paths: u32,
+    camera_paths: u64,
+    model: Model,
+    clock: Clock,
+}
+
+impl Course {
+    fn new(lesson: &Lesson) -> Result<Self, RenderError> {
+        let Lesson { context, scene, camera, settings, training, .. } = lesson;
+        let settings = small(settings);
+        let light_paths = settings.region.pixels();
+        let connections = training.settings.connections;
+        let method = Method::SpcBpt { light_paths: Some(light_paths), connections, light_tracing: false };
+        let settings = Settings { method, ..settings };
+        let model = Model::ignorant(lesson.sources.len(), lesson.scene_hash, training.settings.clone());
+        let mut integrator =
+            Bidirectional::new(context, (*scene).clone(), camera, settings, Some(&model), true)?;
+        let samples_kernel = integrator.wavefront.compile(context, "light_samples", &[])?;
+        let room = settings.region.pixels() * RECORDS_A_PATH;
+        let records = Records::new(context, &mut integrator.wavefront, room)?;
+        integrator.bind(context)?;
+        Ok(Self {
+            integrator,
+            samples_kernel,
+            records,
+            set: TrainingSet::new(settings.width, settings.height),
+            lights: Vec::new(),
+            light_paths: 0,
+            camera_paths: 0,
+            model,
+            clock: Clock::new(),
+        })
+    }
+
+    /// Learns how much light there is: connections then choose by power.
+    fn look_for_light(&mut self, lesson: &Lesson) -> Result<(), RenderError> {
+        let paths = self.integrator.wavefront.settings.region.pixels();
+        let sample = training_batch(&self.integrator.wavefront, 0).first_sample;
+        let counts = self.integrator.fill_cache(lesson.context, sample, paths)?;
+        let features = self.cache(lesson, counts.light_vertices)?;
+        self.take_lights(&features, paths);
+        self.learn(lesson)
+    }
+
+    /// One camera path a pixel against a cache of light paths.
+    fn find_paths(&mut self, lesson: &Lesson, iteration: u32) -> Result<(), RenderError> {
+        let context = lesson.context;
+        let batch = training_batch(&self.integrator.wavefront, iteration);
+        let paths = self.integrator.wavefront.settings.region.pixels();
+        loop {
+            self.records.clear(context, &self.integrator.wavefront)?;
+            let counts = self.integrator.find_paths(context, &batch, paths)?;
+            let features = self.cache(lesson, counts.light_vertices)?;
+            let wavefront = &mut self.integrator.wavefront;
+            match self.records.take(context, wavefront, &batch, &features, &mut self.set)? {
+                None => {
+                    self.take_lights(&features, paths);
+                    self.camera_paths += u64::from(batch.pixel_count * batch.sample_count);
+                    return Ok(());
+                }
+                Some(needed) => {
+                    // Once more with room for all.
+                    self.records = Records::new(context, wavefront, needed)?;
+                    self.integrator.bind(context)?;
+                }
+            }
+        }
+    }
+
+    fn cache(&mut self, lesson: &Lesson, vertices: u32) -> Result<Vec<LightFeature>, DeviceError> {
+        light_features(lesson.context, &mut self.integrator.wavefront, &self.samples_kernel, vertices)
+    }
+
+    fn take_lights(&mut self, features: &[LightFeature], paths: u32) {
+        if self.light_paths < LIGHT_PATHS {
+            self.lights.extend(features.iter().filter(|feature| feature.weight > 0.0).map(light_sample));
+            self.light_paths += paths;
+        }
+    }
+
+    fn learn(&mut self, lesson: &Lesson) -> Result<(), RenderError> {
+        let settings = lesson.training.settings.clone();
+        let (set, lights, count) = (&self.set, &self.lights, u64::from(self.light_paths));
+        let train = || subspace::train(set, lights, count, &lesson.sources, lesson.scene_hash, settings);
+        self.model = self.clock.learn(train).map_err(DeviceError::from)?;
+        self.integrator.set_model(lesson.context, &self.model)?;
+        Ok(())
+    }
+}
+
+/// The same picture, but not larger than an iteration.
+fn small(settings: &Settings) -> Settings {
+    let whole = settings.region.pixels();
+    let factor = (f64::from(PATHS_AN_ITERATION) / f64::from(whole)).sqrt().min(1.0);
+    let scaled = |pixels: u32| ((f64::from(pixels) * factor) as u32).max(1);
+    let part = settings.region;
+    let region = Region {
+        x: (f64::from(part.x) * factor) as u32,
+        y: (f64::from(part.y) * factor) as u32,
+        width: scaled(part.width),
+        height: scaled(part.height),
+    };
+    Settings {
+        width: scaled(settings.width).max(region.x + region.width),
+        height: scaled(settings.height).max(region.y + region.height),
+        region,
+        ..*settings
+    }
+}

@@ -1,0 +1,167 @@
+//! Learning before rendering: where the paths come from, and what is made of them.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use crate::device::Context;
+use crate::device::layout::{
+    Batch, Camera, LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, Light, PunctualLight, TRIANGLE_FLIPPED, Triangle,
+};
+use crate::device::scene::DeviceScene;
+use crate::error::{DeviceError, RenderError};
+use crate::math::rng::seed_key;
+use crate::subspace::{self, LightSourceInfo, Model, SourceKind};
+
+use super::wavefront::Wavefront;
+use super::{Settings, bootstrap, pretrace};
+
+/// Light paths for Q: more do not lower the error (`prototype.md`, 5).
+pub(super) const LIGHT_PATHS: u32 = 200_000;
+/// Vertices of the longest path to learn from.
+const LONGEST_PATH: u32 = 64;
+/// Sets the numbers of these paths apart from those of every render.
+const TRAINING_STREAM: u32 = 0x2545_f491;
+
+/// What to learn from, and how.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Training {
+    /// So many full paths, found by path tracing before anything else, as published; `None`: paths that connections by
+    /// subspaces find, by what earlier ones taught.
+    pub paths: Option<u32>,
+    pub settings: subspace::Settings,
+}
+
+/// How far learning is; where a share is known, of what is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Learning {
+    /// Full paths for Gamma.
+    TrainingPaths(f64),
+    /// Light paths for Q.
+    LightPaths(f64),
+    /// Trees and Gamma, on the host: asked before, not meanwhile.
+    Fitting,
+}
+
+/// A trained model with what it took.
+#[derive(Clone)]
+pub struct Trained {
+    pub model: Arc<Model>,
+    /// Of tracing on the device, and of the rest.
+    pub tracing: Duration,
+    pub learning: Duration,
+    /// Camera paths that it took to find the training paths.
+    pub camera_paths: u64,
+}
+
+/// What learning has to know of a scene.
+pub(super) struct Lesson<'a> {
+    pub context: &'a Context,
+    pub scene: &'a DeviceScene,
+    pub camera: &'a Camera,
+    /// Of the render to come.
+    pub settings: Settings,
+    pub scene_hash: u64,
+    pub training: &'a Training,
+    pub sources: Vec<LightSourceInfo>,
+}
+
+/// Learns how to connect in a picture, until `interrupted` says so; it is asked several times a second.
+///
+/// # Errors
+/// A lost device, a scene without light to connect to, [`RenderError::Interrupted`].
+pub fn train(
+    context: &Context,
+    scene: &DeviceScene,
+    camera: &Camera,
+    settings: Settings,
+    scene_hash: u64,
+    training: &Training,
+    mut interrupted: impl FnMut(Learning) -> bool,
+) -> Result<Trained, RenderError> {
+    let settings = Settings { strategy: None, timing: false, first_hit: false, ..settings };
+    let sources = sources(context, scene)?;
+    let lesson = Lesson { context, scene, camera, settings, scene_hash, training, sources };
+    let go_on = |step: Learning| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
+    match training.paths {
+        Some(paths) => pretrace::train(&lesson, paths, go_on),
+        None => bootstrap::train(&lesson, go_on),
+    }
+}
+
+/// Time by purpose.
+pub(super) struct Clock {
+    start: Instant,
+    pub learning: Duration,
+}
+
+impl Clock {
+    pub fn new() -> Self {
+        Self { start: Instant::now(), learning: Duration::ZERO }
+    }
+
+    /// Counts as learning.
+    pub fn learn<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.learning += start.elapsed();
+        result
+    }
+
+    pub fn trained(self, model: Model, camera_paths: u64) -> Trained {
+        let tracing = self.start.elapsed() - self.learning;
+        Trained { model: Arc::new(model), tracing, learning: self.learning, camera_paths }
+    }
+}
+
+/// Samples of all pixels of a part, `first_pixel` first, that no render has.
+pub(super) fn training_batch(wavefront: &Wavefront, sample: u32) -> Batch {
+    let template = wavefront.batches(sample, 1)[0];
+    let seed = seed_key(wavefront.settings.seed).wrapping_add(TRAINING_STREAM);
+    Batch {
+        seed,
+        light_seed: template.light_seed.wrapping_add(TRAINING_STREAM),
+        max_depth: template.max_depth.min(LONGEST_PATH),
+        ..template
+    }
+}
+
+/// The lights as the grouping of their points sees them.
+fn sources(context: &Context, scene: &DeviceScene) -> Result<Vec<LightSourceInfo>, DeviceError> {
+    let buffers = &scene.buffers;
+    let count = scene.light_count as u64;
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let lights: Vec<Light> =
+        bytemuck::pod_collect_to_vec(&buffers.read(context, "lights", count * size_of::<Light>() as u64)?);
+    let whole = |name: &str| buffers.get(name).and_then(|buffer| buffers.read(context, name, buffer.size()));
+    let triangles: Vec<Triangle> = bytemuck::pod_collect_to_vec(&whole("triangles")?);
+    let punctual: Vec<PunctualLight> = match scene.features.punctual_lights {
+        true => bytemuck::pod_collect_to_vec(&whole("punctual_lights")?),
+        false => Vec::new(),
+    };
+    let source = |light: &Light| match light.kind {
+        LIGHT_TRIANGLE => {
+            let triangle = &triangles[light.index as usize];
+            let [a, b, c] = [triangle.v0, triangle.v1, triangle.v2].map(Vec3::from);
+            let cross = (b - a).as_dvec3().cross((c - a).as_dvec3());
+            let flip = if triangle.material_flags & TRIANGLE_FLIPPED != 0 { -1.0 } else { 1.0 };
+            SourceKind::Triangle {
+                position: (a + b + c) / 3.0,
+                normal: (flip * cross.normalize_or_zero()).as_vec3(),
+                area: 0.5 * cross.length() as f32,
+            }
+        }
+        LIGHT_ENVIRONMENT => SourceKind::Environment,
+        _ => {
+            let light = &punctual[light.index as usize];
+            SourceKind::Punctual { position: light.position.into(), direction: light.direction.into() }
+        }
+    };
+    Ok(lights
+        .iter()
+        .map(|light| LightSourceInfo { kind: source(light), power: f64::from(light.pdf_select) })
+        .collect())
+}
