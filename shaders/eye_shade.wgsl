@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if depth > 0u {
             let cosine = abs(dot(ray.direction, previous.normal));
             let at = sphere_to_square(ray.direction);
-            write_hit(ray, sky, weight, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT, at);
+            write_hit(ray, sky, vec3f(1.0), weight, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT, at);
         }
 #else
         add_radiance(ray.path, depth, ray.throughput * sky, weight);
@@ -74,7 +74,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let emission = point_emission(point, arrival.world_from);
 #if learns
         if depth > 0u {
-            write_hit(arriving, emission, weight, arrival.pdf_area, geometry, light_index - 1u, point.b.yz);
+            let light = light_index - 1u;
+            write_hit(arriving, emission, through, weight, arrival.pdf_area, geometry, light, point.b.yz);
         }
 #else
         add_radiance(ray.path, depth, throughput * emission, weight);
@@ -98,7 +99,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
 #if learns
-    write_vertex(point, arrival, ray.path, depth, is_delta, f, geometry);
+    write_vertex(point, arrival, ray.path, depth, is_delta, f * through, geometry);
 #endif
     let slot = send_on(ray.path, depth, point, departure, throughput);
     if slot == PATH_ENDS {

@@ -129,7 +129,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var end: TrainingEnd;
     end.emitted = vertex.weight / connection.density;
     end.path = ray.path;
-    end.f = connection.f_eye;
+    end.f = connection.f_eye * through;
     end.depth_sampled = depth | (1u << 16u);
     end.f_light = connection.f_light;
     end.vertex = light_path_offsets[vertex.path] + (vertex.number_label & 0xffffu);

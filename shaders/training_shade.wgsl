@@ -31,8 +31,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let weight = 1.0 / (1.0 + sampled / ray.pdf_solid);
             let cosine = abs(dot(ray.direction, previous.normal));
             write_hit(
-                ray, environment_radiance(ray.direction), weight, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT,
-                sphere_to_square(ray.direction),
+                ray, environment_radiance(ray.direction), vec3f(1.0), weight, ray.pdf_solid, cosine,
+                ENVIRONMENT_LIGHT, sphere_to_square(ray.direction),
             );
         }
 #endif
@@ -41,7 +41,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
     let arrival = arrive(point, ray.direction, ray.pdf_solid, previous);
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
-    ray.throughput *= transmittance(medium, hit.t);
+    let through = transmittance(medium, hit.t);
+    ray.throughput *= through;
     let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
 #if area_lights
     let light_index = triangles[hit.triangle].light;
@@ -49,7 +50,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let sampled = select(0.0, lights[light_index - 1u].pdf_select / point.area, can_sample);
         let emission = point_emission(point, arrival.world_from);
         let weight = 1.0 / (1.0 + sampled / arrival.pdf_area);
-        write_hit(ray, emission, weight, arrival.pdf_area, geometry, light_index - 1u, point.b.yz);
+        write_hit(ray, emission, through, weight, arrival.pdf_area, geometry, light_index - 1u, point.b.yz);
     }
 #endif
     if depth + 1u >= batch.max_depth {
@@ -70,7 +71,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if departure.goes_on {
         f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
     }
-    write_vertex(point, arrival, ray.path, depth, is_delta, f, geometry);
+    write_vertex(point, arrival, ray.path, depth, is_delta, f * through, geometry);
     if !is_delta {
         let sample = sample_light(
             point,
@@ -82,8 +83,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let hitting = select(value.pdf_solid * survival(surface), 0.0, sample.is_delta);
             let weight = sample.pdf_solid / (sample.pdf_solid + hitting);
             let cosine = abs(dot(sample.direction, point.world_ng));
-            let through = transmittance(medium_towards(point, sample.direction), sample.distance);
-            let carried = ray.throughput * through * value.f * sample.radiance;
+            let across = transmittance(medium_towards(point, sample.direction), sample.distance);
+            let carried = ray.throughput * across * value.f * sample.radiance;
             let contribution = magnitude(carried) * (cosine * weight / sample.pdf_solid);
             if contribution > 0.0 {
                 // Turns a density per solid angle into the light's measure.
@@ -98,9 +99,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 var end: TrainingEnd;
                 end.emitted = sample.radiance * (weight / (sample.pdf_solid * to_light));
                 end.path = ray.path;
-                end.f = value.f;
+                end.f = value.f * through;
                 end.depth_sampled = depth | (1u << 16u);
-                end.f_light = vec3f(1.0);
+                end.f_light = across;
                 end.vertex = NO_LIGHT_VERTEX;
                 end.contribution = contribution;
                 end.p0 = 1.0 - weight;

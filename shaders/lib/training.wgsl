@@ -16,13 +16,15 @@ fn write_end(end: TrainingEnd) -> u32 {
 }
 
 /// A light that the ray hit. `weight`: density of hitting it over that of all ways to find it. `pdf`: of hitting it, in
-/// the light's measure.
-fn write_hit(ray: PathRay, emission: vec3f, weight: f32, pdf: f32, geometry: f32, light: u32, at: vec2f) {
+/// the light's measure. `through`: what the ray's way lets pass; `ray.throughput` has it.
+fn write_hit(
+    ray: PathRay, emission: vec3f, through: vec3f, weight: f32, pdf: f32, geometry: f32, light: u32, at: vec2f,
+) {
     var end: TrainingEnd;
     end.emitted = emission * (weight / pdf);
     end.path = ray.path;
     end.depth_sampled = (ray.depth_medium & 0xffffu) - 1u;
-    end.f_light = vec3f(1.0);
+    end.f_light = through;
     end.vertex = NO_LIGHT_VERTEX;
     end.contribution = magnitude(ray.throughput * emission) * weight;
     end.p0 = weight;
@@ -35,7 +37,7 @@ fn write_hit(ray: PathRay, emission: vec3f, weight: f32, pdf: f32, geometry: f32
     }
 }
 
-/// A vertex of an eye path; `f`: the BSDF on the way to the next, 0 where the path ends.
+/// A vertex of an eye path; `f`: the BSDF on the way to the next, 0 where the path ends, times what the way here lets pass.
 fn write_vertex(
     point: SurfacePoint, arrival: Arrival, path: u32, depth: u32, is_delta: bool, f: vec3f, geometry: f32,
 ) {

@@ -14,7 +14,7 @@ use super::records::{Records, light_features, light_sample};
 use super::{Method, Region, Settings};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
-const PATHS_AN_ITERATION: u32 = 1 << 16;
+const PATHS_AN_ITERATION: u32 = 1 << 14;
 /// Room for records at first, for each of them.
 const RECORDS_A_PATH: u32 = 8;
 /// After so many iterations another model is made of all that was found.
@@ -48,6 +48,18 @@ pub(super) fn train(
         }
     }
     Ok(course.clock.trained(course.model, course.camera_paths))
+}
+
+/// One iteration's paths, found by a model; with the mixture's density of it, p0 plus the sum over N Gamma / Q mass is 1
+/// for each.
+///
+/// # Errors
+/// As [`super::train`].
+pub(super) fn find_paths(lesson: &Lesson, model: &Model) -> Result<TrainingSet, RenderError> {
+    let mut course = Course::new(lesson)?;
+    course.integrator.set_model(lesson.context, model)?;
+    course.find_paths(lesson, 1)?;
+    Ok(course.set)
 }
 
 /// What was found and learnt so far.

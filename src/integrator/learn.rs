@@ -12,7 +12,7 @@ use crate::device::layout::{
 use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
 use crate::math::rng::seed_key;
-use crate::subspace::{self, LightSourceInfo, Model, SourceKind};
+use crate::subspace::{self, LightSourceInfo, Model, SourceKind, TrainingSet};
 
 use super::wavefront::Wavefront;
 use super::{Settings, bootstrap, pretrace};
@@ -88,6 +88,23 @@ pub fn train(
         Some(paths) => pretrace::train(&lesson, paths, go_on),
         None => bootstrap::train(&lesson, go_on),
     }
+}
+
+/// The paths that one iteration of connections by `model` finds, as [`train`] learns from them.
+///
+/// # Errors
+/// As [`train`].
+pub fn find_training_paths(
+    context: &Context,
+    scene: &DeviceScene,
+    camera: &Camera,
+    settings: Settings,
+    training: &Training,
+    model: &Model,
+) -> Result<TrainingSet, RenderError> {
+    let sources = sources(context, scene)?;
+    let scene_hash = model.scene_hash;
+    bootstrap::find_paths(&Lesson { context, scene, camera, settings, scene_hash, training, sources }, model)
 }
 
 /// Time by purpose.

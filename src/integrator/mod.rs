@@ -18,7 +18,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use learn::{Learning, Trained, Training, train};
+pub use learn::{Learning, Trained, Training, find_training_paths, train};
 pub use wavefront::{RayCounts, Region, Wavefront};
 
 /// How light is transported.

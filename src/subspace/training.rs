@@ -127,7 +127,8 @@ impl TrainingSet {
         self.groups[path]
     }
 
-    pub(super) fn nodes_of(&self, path: usize) -> Range<usize> {
+    /// Which of all nodes are those of a path.
+    pub fn nodes_of(&self, path: usize) -> Range<usize> {
         self.offsets[path] as usize..self.offsets[path + 1] as usize
     }
 

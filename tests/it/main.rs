@@ -54,6 +54,7 @@ mod subspace_sources;
 mod subspace_speed;
 mod subspace_train;
 mod subspace_tree;
+mod training_paths;
 mod traversal;
 mod twins;
 mod watertight;

@@ -1,0 +1,75 @@
+//! The paths that SPCBPT finds and learns from: by all ways together they have the density that says how they were found.
+
+use halfway::accel::Accel;
+use halfway::device::scene::DeviceScene;
+use halfway::integrator::{Method, Region, Settings, Training, find_training_paths, train};
+use halfway::scene::builtin::builtin;
+use halfway::scene::{Scene, SceneFeatures};
+use halfway::subspace;
+
+use crate::frozen_paths_subspaces::dark_glass;
+use crate::gpu;
+
+const CONNECTIONS: u32 = 2;
+
+/// p0 + sum N Gamma / Q mass, over p: one for every path, if the density p of the mixture, and all parts of it that the
+/// host puts together from what kernels noted down, are right.
+#[track_caller]
+fn assert_densities_of_one(scene: &Scene) {
+    let context = gpu::context();
+    let accel = Accel::build(scene).expect("a tree");
+    let device = DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
+    let [width, height] = [48, 48];
+    let camera = device.camera(&scene.cameras[0], width, height);
+    let method = Method::SpcBpt { light_paths: None, connections: CONNECTIONS, light_tracing: false };
+    let settings = Settings {
+        width,
+        height,
+        region: Region { x: 0, y: 0, width, height },
+        max_depth: None,
+        seed: 3,
+        method,
+        strategy: None,
+        first_hit: false,
+        timing: false,
+    };
+    let learning =
+        subspace::Settings { subspaces: Some(12), connections: CONNECTIONS, ..subspace::Settings::default() };
+    let training = Training { paths: None, settings: learning };
+    let trained =
+        train(context, &device, &camera, settings, 0, &training, |_| false).expect("light to learn from");
+    let model = &trained.model;
+    let set = find_training_paths(context, &device, &camera, settings, &training, model).expect("more paths");
+    let pdf = model.tables().expect("rows").pdf;
+    let mut worst = 0.0f64;
+    let mut lengths = [0; 12];
+    for (index, path) in set.paths().iter().enumerate() {
+        let nodes = &set.nodes()[set.nodes_of(index)];
+        let by_connection = nodes.iter().map(|node| {
+            let (row, column) = (model.eye_label(&node.eye), model.light_label(&node.light));
+            let share = f64::from(pdf[(row * model.subspaces + column) as usize]);
+            f64::from(CONNECTIONS) * share / f64::from(model.q[column as usize]) * f64::from(node.mass)
+        });
+        let error = (f64::from(path.p0) + by_connection.sum::<f64>() - 1.0).abs();
+        // Also where it is none.
+        worst = if error <= worst { worst } else { error };
+        lengths[nodes.len().min(11)] += 1;
+    }
+    let count = set.paths().len();
+    println!("{}: {count} paths, worst {worst:e}; by number of nodes {lengths:?}", scene.name);
+    assert!(count > 500, "{}: only {count} paths", scene.name);
+    assert!(
+        worst < 1e-5,
+        "{}: a path whose densities do not sum to one, but to one +- {worst:e}",
+        scene.name
+    );
+}
+
+#[test]
+fn densities_of_found_paths_sum_to_one() {
+    // Lambert; sky, point, spot and sun; mirror, metal and glass; glass that absorbs.
+    for name in ["cornell", "three-lights", "spheres"] {
+        assert_densities_of_one(&builtin(name).expect("a built-in scene"));
+    }
+    assert_densities_of_one(&dark_glass());
+}
