@@ -90,6 +90,10 @@ impl Course {
         let room = settings.region.pixels() * RECORDS_A_PATH;
         let records = Records::new(context, &mut integrator.wavefront, room)?;
         integrator.bind(context)?;
+        // The driver compiles at the first dispatch: that is not learning's time.
+        let tiny = integrator.wavefront.tiny_batch();
+        integrator.find_paths(context, &tiny, 1)?;
+        integrator.wavefront.reset(context)?;
         Ok(Self {
             integrator,
             samples_kernel,

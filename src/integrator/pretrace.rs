@@ -30,9 +30,13 @@ pub(super) fn train(
     let method = Method::LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false };
     let settings = Settings { method, ..*settings };
     let mut bidirectional = Bidirectional::new(context, (*scene).clone(), camera, settings, None, false)?;
-    let mut clock = Clock::new();
     let mut pretrace = Pretrace::new(context, &mut bidirectional.wavefront)?;
+    // The driver compiles at the first dispatch: that is not learning's time.
+    let tiny = bidirectional.wavefront.tiny_batch();
     let mut set = TrainingSet::new(settings.width, settings.height);
+    pretrace.trace(context, &mut bidirectional.wavefront, &tiny, &mut set.clone())?;
+    bidirectional.fill_cache(context, 0, 1)?;
+    let mut clock = Clock::new();
     let mut camera_paths = 0;
     let wanted = paths as usize;
     // Samples of every pixel so far, and in the next round: as many as are likely to be enough.

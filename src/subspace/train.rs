@@ -15,6 +15,10 @@ use super::training::{Feature, LightEnd, LightSample, TrainingNode, TrainingSet}
 use super::tree::{Growth, Tree};
 use crate::error::SubspaceError;
 
+/// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
+/// power, which says little of the light that they give.
+const LEAST_SOURCE_SUBSPACES: u32 = 16;
+
 /// Learns the classification, Gamma and Q. The result depends on nothing but the arguments: not on the number of
 /// threads, and not on the units of light. An empty training set gives one subspace a side that knows about power only.
 ///
@@ -39,8 +43,8 @@ pub fn train(
 
     let subspaces = settings.subspaces_for(taught.len());
     let budget = (settings.source_share * f64::from(subspaces)).round() as u32;
-    // One subspace holds everything.
-    let budget = budget.clamp(1, (subspaces - 1).max(1));
+    // One subspace holds everything; a few tell lamp from sky from sun.
+    let budget = budget.max(LEAST_SOURCE_SUBSPACES.min(subspaces / 2)).clamp(1, (subspaces - 1).max(1));
     let (sources, source_count) = label_sources(lights, budget, subspaces);
     let surfaces = (subspaces - source_count).max(1);
     let eye = |node: &TrainingNode| Some(node.eye);
