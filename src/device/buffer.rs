@@ -138,6 +138,20 @@ impl BufferTable {
         read_back(context, self.get(name)?, bytes)
     }
 
+    /// The first `count` elements of a buffer.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_elements<T: bytemuck::Pod>(
+        &self,
+        context: &Context,
+        name: &str,
+        count: u32,
+    ) -> Result<Vec<T>, DeviceError> {
+        let bytes = self.read(context, name, u64::from(count) * size_of::<T>() as u64)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
     /// Name and size in bytes of every buffer.
     pub fn sizes(&self) -> Vec<(String, u64)> {
         self.buffers.iter().map(|(name, buffer)| (name.clone(), buffer.size())).collect()

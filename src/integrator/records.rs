@@ -61,9 +61,10 @@ impl Records {
         if needed > self.capacity {
             return Ok(Some(needed.saturating_add(needed / 4)));
         }
-        let vertices: Vec<TrainingVertex> = read(context, wavefront, "training_vertices", counts[0])?;
-        let ends: Vec<TrainingEnd> = read(context, wavefront, "training_ends", counts[1])?;
-        let visible: Vec<[f32; 4]> = read(context, wavefront, "radiance", counts[1])?;
+        let vertices: Vec<TrainingVertex> =
+            wavefront.buffers.read_elements(context, "training_vertices", counts[0])?;
+        let ends: Vec<TrainingEnd> = wavefront.buffers.read_elements(context, "training_ends", counts[1])?;
+        let visible: Vec<[f32; 4]> = wavefront.buffers.read_elements(context, "radiance", counts[1])?;
         gather(batch, &vertices, ends, &visible, lights, set);
         Ok(None)
     }
@@ -83,7 +84,7 @@ pub(super) fn light_features(
     wavefront.buffers.create(context, "light_features", bytes)?;
     let bound = kernel.bind(context, &wavefront.buffers)?;
     wavefront.submit(context, &[Stage::new(&bound, Size::Count(vertices))])?;
-    read(context, wavefront, "light_features", vertices)
+    wavefront.buffers.read_elements(context, "light_features", vertices)
 }
 
 /// A light vertex for Q.
@@ -100,16 +101,6 @@ fn light_end(feature: &LightFeature) -> LightEnd {
         }),
         light => LightEnd::Source { light: light - 1, at: [feature.direction[0], feature.direction[1]] },
     }
-}
-
-fn read<T: bytemuck::Pod>(
-    context: &Context,
-    wavefront: &Wavefront,
-    name: &str,
-    count: u32,
-) -> Result<Vec<T>, DeviceError> {
-    let bytes = wavefront.buffers.read(context, name, u64::from(count) * size_of::<T>() as u64)?;
-    Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
 
 /// From records, which come in any order, to paths in the order of their pixels.

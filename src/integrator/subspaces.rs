@@ -116,9 +116,9 @@ impl Subspaces {
             wavefront.record(&mut encoder, &stages)?;
             context.queue.submit([encoder.finish()]);
             let count = batch.pixel_count;
-            let rays: Vec<PathRay> = read(context, wavefront, "paths a", count)?;
-            let hits: Vec<Hit> = read(context, wavefront, "hits", count)?;
-            let labels: Vec<[u32; 2]> = read(context, wavefront, "eye_labels", count)?;
+            let rays: Vec<PathRay> = wavefront.buffers.read_elements(context, "paths a", count)?;
+            let hits: Vec<Hit> = wavefront.buffers.read_elements(context, "hits", count)?;
+            let labels: Vec<[u32; 2]> = wavefront.buffers.read_elements(context, "eye_labels", count)?;
             all.extend(rays.iter().zip(&hits).zip(labels).map(|((ray, hit), labels)| {
                 // Where nothing is met there is no such triangle.
                 let dark = triangles.get(hit.triangle as usize).is_some_and(|triangle| triangle.light == 0);
@@ -127,14 +127,4 @@ impl Subspaces {
         }
         Ok(all)
     }
-}
-
-fn read<T: bytemuck::Pod>(
-    context: &Context,
-    wavefront: &Wavefront,
-    name: &str,
-    count: u32,
-) -> Result<Vec<T>, DeviceError> {
-    let bytes = wavefront.buffers.read(context, name, u64::from(count) * size_of::<T>() as u64)?;
-    Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
