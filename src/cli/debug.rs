@@ -49,7 +49,15 @@ fn subspaces(renderer: &mut Renderer, output: &Path) -> anyhow::Result<Vec<PathB
     let normals = ["X", "Y", "Z"].map(|axis| picture.channel("normal", axis).unwrap_or_default());
     let normal = |pixel: usize| normals.map(|axis| axis.get(pixel).copied().unwrap_or(0.0));
     let mut written = Vec::new();
-    for (side, name) in ["eye-subspaces", "light-subspaces"].into_iter().enumerate() {
+    let mut sides = vec!["eye-subspaces", "light-subspaces"];
+    if model.settings.direction_weight > 0.0 {
+        log::warn!(
+            "with --direction-weight a place has another light subspace for every direction that light comes from; \
+             there is no picture of them"
+        );
+        sides.truncate(1);
+    }
+    for (side, name) in sides.into_iter().enumerate() {
         let pixel = |(index, seen): (usize, &FirstSubspaces)| {
             false_color::label_pixel(seen.labels.map(|labels| labels[side]), seen.facing(normal(index)))
         };

@@ -152,6 +152,15 @@ impl BufferTable {
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
+    /// All elements of a buffer.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_all<T: bytemuck::Pod>(&self, context: &Context, name: &str) -> Result<Vec<T>, DeviceError> {
+        let bytes = self.read(context, name, self.get(name)?.size())?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
     /// Name and size in bytes of every buffer.
     pub fn sizes(&self) -> Vec<(String, u64)> {
         self.buffers.iter().map(|(name, buffer)| (name.clone(), buffer.size())).collect()

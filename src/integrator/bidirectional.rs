@@ -252,16 +252,22 @@ impl Bidirectional {
     /// Mean number of vertices that a light path leaves in the cache, from paths that no picture is made of: a
     /// number that depends on the samples it weighs would bias them.
     fn vertices_a_path(&mut self, context: &Context) -> Result<f64, DeviceError> {
-        let counts = self.fill_cache(context, PILOT_SAMPLE, PILOT_PATHS)?;
+        let batch = self.wavefront.batches(PILOT_SAMPLE, 1)[0];
+        let counts = self.fill_cache(context, &batch, PILOT_PATHS)?;
         Ok(f64::from(counts.light_vertices) / f64::from(PILOT_PATHS))
     }
 
-    /// Traces `paths` light paths into the cache that all eye paths share, and nothing else.
+    /// Traces `paths` light paths into the cache that all eye paths share, and nothing else; `batch` says of which sample.
     ///
     /// # Errors
     /// A lost device.
-    pub fn fill_cache(&mut self, context: &Context, sample: u32, paths: u32) -> Result<Counts, DeviceError> {
-        let template = Batch { light_path_count: paths, ..self.wavefront.batches(sample, 1)[0] };
+    pub fn fill_cache(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        paths: u32,
+    ) -> Result<Counts, DeviceError> {
+        let template = Batch { light_path_count: paths, ..*batch };
         self.trace_light(context, &self.shared_batches(&template), Light::Cache)
     }
 

@@ -110,8 +110,8 @@ impl Course {
     /// Learns how much light there is: connections then choose by power.
     fn look_for_light(&mut self, lesson: &Lesson) -> Result<(), RenderError> {
         let paths = self.integrator.wavefront.settings.region.pixels();
-        let sample = training_batch(&self.integrator.wavefront, 0).first_sample;
-        let counts = self.integrator.fill_cache(lesson.context, sample, paths)?;
+        let batch = training_batch(&self.integrator.wavefront, 0);
+        let counts = self.integrator.fill_cache(lesson.context, &batch, paths)?;
         let features = self.cache(lesson, counts.light_vertices)?;
         self.take_lights(&features, paths);
         self.learn(lesson)

@@ -132,7 +132,7 @@ impl Clock {
     }
 }
 
-/// Samples of all pixels of a part, `first_pixel` first, that no render has.
+/// A sample of the pixels that no render has, neither its eye paths nor its light paths.
 pub(super) fn training_batch(wavefront: &Wavefront, sample: u32) -> Batch {
     let template = wavefront.batches(sample, 1)[0];
     let seed = seed_key(wavefront.settings.seed).wrapping_add(TRAINING_STREAM);
@@ -147,16 +147,13 @@ pub(super) fn training_batch(wavefront: &Wavefront, sample: u32) -> Batch {
 /// The lights as the grouping of their points sees them.
 fn sources(context: &Context, scene: &DeviceScene) -> Result<Vec<LightSourceInfo>, DeviceError> {
     let buffers = &scene.buffers;
-    let count = scene.light_count as u64;
-    if count == 0 {
+    if scene.light_count == 0 {
         return Ok(Vec::new());
     }
-    let lights: Vec<Light> =
-        bytemuck::pod_collect_to_vec(&buffers.read(context, "lights", count * size_of::<Light>() as u64)?);
-    let whole = |name: &str| buffers.get(name).and_then(|buffer| buffers.read(context, name, buffer.size()));
-    let triangles: Vec<Triangle> = bytemuck::pod_collect_to_vec(&whole("triangles")?);
+    let lights: Vec<Light> = buffers.read_elements(context, "lights", scene.light_count as u32)?;
+    let triangles: Vec<Triangle> = buffers.read_all(context, "triangles")?;
     let punctual: Vec<PunctualLight> = match scene.features.punctual_lights {
-        true => bytemuck::pod_collect_to_vec(&whole("punctual_lights")?),
+        true => buffers.read_all(context, "punctual_lights")?,
         false => Vec::new(),
     };
     let source = |light: &Light| match light.kind {

@@ -35,7 +35,7 @@ pub(super) fn train(
     let tiny = bidirectional.wavefront.tiny_batch();
     let mut set = TrainingSet::new(settings.width, settings.height);
     pretrace.trace(context, &mut bidirectional.wavefront, &tiny, &mut set.clone())?;
-    bidirectional.fill_cache(context, 0, 1)?;
+    bidirectional.fill_cache(context, &tiny, 1)?;
     let mut clock = Clock::new();
     let mut camera_paths = 0;
     let wanted = paths as usize;
@@ -141,7 +141,8 @@ fn light_samples(
     let kernel = light.wavefront.compile(context, "light_samples", &[])?;
     for (pass, first) in (0..LIGHT_PATHS).step_by(PATHS_A_BATCH as usize).enumerate() {
         let paths = PATHS_A_BATCH.min(LIGHT_PATHS - first);
-        let counts = light.fill_cache(context, u32::MAX - 1 - pass as u32, paths)?;
+        let batch = training_batch(&light.wavefront, pass as u32);
+        let counts = light.fill_cache(context, &batch, paths)?;
         let features = light_features(context, &mut light.wavefront, &kernel, counts.light_vertices)?;
         samples.extend(features.iter().map(light_sample));
         go_on(Learning::LightPaths(f64::from(first + paths) / f64::from(LIGHT_PATHS)))?;

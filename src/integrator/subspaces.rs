@@ -104,9 +104,7 @@ impl Subspaces {
         context: &Context,
         wavefront: &mut Wavefront,
     ) -> Result<Vec<FirstSubspaces>, DeviceError> {
-        let triangles = wavefront.buffers.get("triangles")?.size();
-        let triangles: Vec<Triangle> =
-            bytemuck::pod_collect_to_vec(&wavefront.buffers.read(context, "triangles", triangles)?);
+        let triangles: Vec<Triangle> = wavefront.buffers.read_all(context, "triangles")?;
         let Some([labels, _]) = &self.labels else { return Ok(Vec::new()) };
         let mut all = Vec::new();
         for batch in wavefront.batches(0, 1) {
