@@ -92,11 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, point_surface(point), point_frame(point), arrival, u, true);
-    // What was sampled is f |cos| / density; roulette is in both.
-    var f = vec3f(0.0);
-    if departure.goes_on {
-        f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
-    }
+    let f = departure_f(point, departure);
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
 #if learns
     write_vertex(point, arrival, ray.path, depth, is_delta, f * through, geometry);

@@ -35,12 +35,8 @@ fn connect(
     if !any(contribution != vec3f(0.0)) {
         return;
     }
-    let origin = ray_origin(point, sample.direction);
-    var shadow = ShadowRay(origin, path, sample.direction, MAX_FLOAT, contribution, depth);
-    if sample.distance < MAX_FLOAT {
-        shadow.direction = sample.end - origin;
-        shadow.t_max = 1.0 - 0x1p-20;
-    }
+    var shadow = light_ray(point, sample, contribution, depth);
+    shadow.cell = path;
     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
 }
 #endif

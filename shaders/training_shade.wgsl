@@ -67,10 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let key = path_key(ray.path);
     let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, surface, frame, arrival, u, true);
-    var f = vec3f(0.0);
-    if departure.goes_on {
-        f = departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
-    }
+    let f = departure_f(point, departure);
     write_vertex(point, arrival, ray.path, depth, is_delta, f * through, geometry);
     if !is_delta {
         let sample = sample_light(
@@ -89,12 +86,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             if contribution > 0.0 {
                 // Turns a density per solid angle into the light's measure.
                 var to_light = 1.0;
-                let origin = ray_origin(point, sample.direction);
-                var shadow = ShadowRay(origin, 0u, sample.direction, MAX_FLOAT, vec3f(1.0), depth);
                 if sample.distance < MAX_FLOAT {
                     to_light = sample.cos_light / sample.distance / sample.distance;
-                    shadow.direction = sample.end - origin;
-                    shadow.t_max = 1.0 - 0x1p-20;
                 }
                 var end: TrainingEnd;
                 end.emitted = sample.radiance * (weight / (sample.pdf_solid * to_light));
@@ -109,6 +102,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 end.light = sample.light;
                 end.at = sample.at;
                 end.direction = sample.direction;
+                var shadow = light_ray(point, sample, vec3f(1.0), depth);
                 shadow.cell = write_end(end);
                 if shadow.cell < arrayLength(&training_ends) {
                     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;

@@ -1,4 +1,5 @@
 #import bind/lights
+#import bind/queue
 #import lib/alias
 #import lib/hit
 #import lib/rng
@@ -56,6 +57,15 @@ fn area_light_pdf_solid(point: SurfacePoint, light: u32, direction: vec3f, dista
     return lights[light].pdf_select * distance * distance / (point.area * cos_light);
 }
 #endif
+
+/// The ray that tests a connection from `point` to a sample.
+fn light_ray(point: SurfacePoint, sample: LightSample, contribution: vec3f, depth: u32) -> ShadowRay {
+    let origin = ray_origin(point, sample.direction);
+    if sample.distance < MAX_FLOAT {
+        return ShadowRay(origin, 0u, sample.end - origin, 1.0 - 0x1p-20, contribution, depth);
+    }
+    return ShadowRay(origin, 0u, sample.direction, MAX_FLOAT, contribution, depth);
+}
 
 /// Picks a light by power and a point on it. `words`: which light, then where. pdf_solid 0: nothing to connect to.
 fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> LightSample {

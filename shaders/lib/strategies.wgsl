@@ -190,11 +190,8 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
     connection.geometry = geometry;
 #if subspaces
     let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * magnitude(vertex.weight);
-    let label = eye_light_label(eye_point, link.direction, shares.labels.y);
-    let before = eye_share(arrival.flags, shares.share, label);
-    let cos_from = abs(dot(arrival.world_from, eye_point.world_ng));
-    let continued = shares.share.rgb * f_eye * (cos_from * arrival.to_previous) + before;
-    let nearer = magnitude(light * geometry * continued) / arrival.pdf_area;
+    let share = departing_share(eye_point, arrival, shares, link.direction, f_eye, false);
+    let nearer = magnitude(light * geometry * share.rgb);
     connection.density = edge + nearer + eye_step * pdf_eye + light_step * connection.pdf_light;
     connection.weight = edge / connection.density;
 #else

@@ -122,3 +122,11 @@ fn sample_departure(
     departure.next = depart(point, arrival, is_delta, departure.pdf_back_solid);
     return departure;
 }
+
+/// The BSDF on the way on; 0 where the path ends. What was sampled is f |cos| / density; roulette is in both.
+fn departure_f(point: SurfacePoint, departure: Departure) -> vec3f {
+    if !departure.goes_on {
+        return vec3f(0.0);
+    }
+    return departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
+}

@@ -5,7 +5,7 @@ use halfway::subspace::{Optimiser, Settings};
 use crate::subspace_data::data;
 
 #[test]
-#[ignore = "measures"]
+#[ignore = "measures seconds, which no test may depend on: run it by hand, on an idle machine"]
 fn subspace_speed() {
     let data = data(1_000_000, 1);
     for (subspaces, optimiser, max_steps) in [
