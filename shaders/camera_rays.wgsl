@@ -19,7 +19,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         atomicStore(&counts.shadow_out, 0u);
     }
     let pixel = path_pixel(path);
-    let u = uniform4(path_key(path), DIMENSION_CAMERA);
+    let u = path_uniform4(path, DIMENSION_CAMERA);
     let x = (f32(pixel.x) + u.x) / f32(batch.width);
     let y = (f32(pixel.y) + u.y) / f32(batch.height);
     let direction = camera.direction + x * camera.direction_dx + y * camera.direction_dy;

@@ -90,7 +90,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
 #endif
-    let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
+    let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, point_surface(point), point_frame(point), arrival, u, true);
     let f = departure_f(point, departure);
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;

@@ -16,6 +16,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var pixel = film[batch.first_pixel + index];
+#if splats
+    // What light paths bring is the same for all samples that share them.
+    let splat = take_splat(batch.first_pixel + index);
+    pixel.non_finite += u32(splat.w);
+#endif
     for (var i = 0u; i < batch.sample_count; i++) {
         let first_cell = (i * batch.pixel_count + index) * CELLS;
         var sample = radiance[first_cell].rgb;
@@ -23,16 +28,21 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             sample += radiance[first_cell + cell].rgb;
         }
 #if splats
-        let splat = take_splat(batch.first_pixel + index);
         sample += splat.rgb;
-        pixel.non_finite += u32(splat.w);
 #endif
         if is_finite3(sample) {
-            pixel.sum += sample;
-            pixel.sum_sq += sample * sample;
-            pixel.count++;
+            pixel.open += sample;
+            pixel.open_groups++;
         } else {
             pixel.non_finite++;
+        }
+        let in_group = pixel.open_groups & 0xffu;
+        if (batch.first_sample + i + 1u) % SAMPLES_A_GROUP == 0u && in_group > 0u {
+            pixel.sum += pixel.open;
+            pixel.sum_sq += pixel.open * pixel.open / f32(in_group);
+            pixel.count += in_group;
+            pixel.open = vec3f(0.0);
+            pixel.open_groups += 256u - in_group;
         }
     }
     film[batch.first_pixel + index] = pixel;

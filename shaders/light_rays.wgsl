@@ -63,11 +63,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if path == 0u {
         atomicStore(&counts.paths_out, paths);
     }
-    let key = path_key(path);
     let emission = sample_emission(
-        random4(key, bounce_dimension(0u, DIMENSION_LIGHT)),
-        random4(key, bounce_dimension(0u, DIMENSION_LIGHT_POINT)),
-        uniform4(key, bounce_dimension(0u, DIMENSION_BSDF)),
+        path_words(path, bounce_dimension(0u, DIMENSION_LIGHT)),
+        path_words(path, bounce_dimension(0u, DIMENSION_LIGHT_POINT)),
+        path_uniform4(path, bounce_dimension(0u, DIMENSION_BSDF)),
     );
     // Nobody's path hits a punctual light by chance; without eye paths nobody's hits any.
 #if light_only

@@ -95,7 +95,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if depth + 1u + room > batch.max_depth {
         return;
     }
-    let u = uniform4(path_key(ray.path), bounce_dimension(depth, DIMENSION_BSDF));
+    let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
     var departure = sample_departure(point, surface, point_frame(point), arrival, u, false);
 #if subspace_directions
     if !is_delta {

@@ -88,7 +88,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let key = path_key(ray.path);
     let survives = survival(surface);
 
-    let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
+    let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
     var bounce = shading_sample_direction(surface, frame, world_out, u.xyz, true);
     if u.w >= survives {
         bounce.pdf_solid = 0.0;

@@ -65,7 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let frame = point_frame(point);
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     let key = path_key(ray.path);
-    let u = uniform4(key, bounce_dimension(depth, DIMENSION_BSDF));
+    let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
     let departure = sample_departure(point, surface, frame, arrival, u, true);
     let f = departure_f(point, departure);
     write_vertex(point, arrival, ray.path, depth, is_delta, f * through, geometry);

@@ -185,7 +185,8 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         let before = self.elapsed;
         let budget = self.options.budget;
-        let mut round = 1u32;
+        let at_once = self.integrator.samples_at_once();
+        let mut round = at_once;
         let stop = loop {
             if budget.samples.is_some_and(|samples| self.samples >= samples) {
                 break Stop::Samples;
@@ -193,6 +194,8 @@ impl<'a> Renderer<'a> {
             let to_flush = SAMPLES_A_FLUSH - self.samples % SAMPLES_A_FLUSH;
             let to_end = budget.samples.map_or(u32::MAX, |samples| samples - self.samples);
             let samples = round.min(to_flush).min(to_end);
+            let rest = (self.samples + samples) % at_once;
+            let samples = if rest < samples { samples - rest } else { samples };
             let round_start = Instant::now();
             self.integrator.render(self.context, self.samples, samples)?;
             self.context.wait()?;
@@ -200,7 +203,7 @@ impl<'a> Renderer<'a> {
             self.elapsed = before + start.elapsed();
             if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
                 let taken = self.integrator.wavefront().take_film(self.context)?;
-                self.sums.add(taken.iter().map(pixel_sums));
+                self.sums.add(taken.iter().map(pixel_sums), 1.0);
             }
             let error = self.current_sums()?.estimated_error();
             let progress = Progress { samples: self.samples, elapsed: self.elapsed, estimated_error: error };
@@ -212,16 +215,16 @@ impl<'a> Renderer<'a> {
                 break Stop::Error;
             }
             let a_sample = round_start.elapsed().as_secs_f64() / f64::from(samples);
-            let mut next = ROUND.as_secs_f64() / a_sample;
+            let next = (ROUND.as_secs_f64() / a_sample) as u32;
+            round = next.clamp(at_once, round.max(at_once) * 4);
             if let Some(time) = budget.time {
                 let used = self.elapsed.as_secs_f64() + self.report.preprocessing_seconds;
                 let left = time.as_secs_f64() - used;
                 if left <= 0.5 * a_sample {
                     break Stop::Time;
                 }
-                next = next.min(left / a_sample);
+                round = round.min(((left / a_sample) as u32).max(1));
             }
-            round = (next as u32).clamp(1, round * 4);
         };
         self.report.stop = stop;
         Ok(stop)
@@ -231,7 +234,7 @@ impl<'a> Renderer<'a> {
     fn current_sums(&self) -> Result<FilmSums, RenderError> {
         let mut sums = self.sums.clone();
         if !self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-            sums.add(self.integrator.wavefront().film(self.context)?.iter().map(pixel_sums));
+            sums.add(self.integrator.wavefront().film(self.context)?.iter().map(pixel_sums), 1.0);
         }
         Ok(sums)
     }
@@ -299,11 +302,16 @@ impl<'a> Renderer<'a> {
     }
 }
 
-fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
-    PixelSums {
+/// A pixel of the film as the device hands it over.
+pub fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
+    let mut sums = PixelSums {
         sum: pixel.sum.map(f64::from),
         sum_sq: pixel.sum_sq.map(f64::from),
         count: u64::from(pixel.count),
+        groups: u64::from(pixel.open_groups >> 8),
         non_finite: u64::from(pixel.non_finite),
-    }
+        weight: f64::from(pixel.count),
+    };
+    sums.add_group(pixel.open.map(f64::from), u64::from(pixel.open_groups & 0xff));
+    sums
 }

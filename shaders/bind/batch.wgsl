@@ -35,6 +35,9 @@ struct Batch {
     subspaces: u32,
 }
 
+/// Samples of a pixel that belong together, counted from the first.
+const SAMPLES_A_GROUP: u32 = 8u;
+
 const EVERY_STRATEGY: u32 = 0xffffffffu;
 
 struct Camera {

@@ -1,4 +1,5 @@
 #import bind/batch
+#import lib/kronecker
 #import lib/rng
 
 // From a path of the batch to its pixel and its random numbers. Light paths have a seed of their own; they belong
@@ -12,6 +13,8 @@ const DIMENSION_BSDF: u32 = 1u;
 const DIMENSION_LIGHT: u32 = 2u;
 const DIMENSION_LIGHT_POINT: u32 = 3u;
 const DIMENSION_ALPHA: u32 = 4u;
+/// Added to a dimension: what all paths of a group share of it.
+const GROUP_DIMENSION: u32 = 0x80000000u;
 
 fn bounce_dimension(depth: u32, purpose: u32) -> u32 {
     return depth * BOUNCE_DIMENSIONS + purpose;
@@ -36,4 +39,70 @@ fn path_key(path: u32) -> RandomKey {
     return RandomKey(pixel.y * batch.width + pixel.x, sample, batch.seed);
 #endif
 #endif
+}
+
+/// Steps of `path_words` for one dimension; 0 where the number is drawn anew for every path.
+fn path_steps(dimension: u32) -> vec4u {
+#if shared_light_paths
+    // The light and the point on it, then the direction.
+    switch dimension {
+        case DIMENSION_LIGHT: {
+            return vec4u(KRONECKER_6[0], 0u, KRONECKER_6[1], KRONECKER_6[2]);
+        }
+        case DIMENSION_LIGHT_POINT: {
+            return vec4u(KRONECKER_6[3], 0u, 0u, 0u);
+        }
+        case DIMENSION_BSDF: {
+            return vec4u(KRONECKER_6[4], KRONECKER_6[5], 0u, 0u);
+        }
+        default: {
+            return vec4u(0u);
+        }
+    }
+#else
+#if light_paths
+    return vec4u(0u);
+#else
+    // The point of the pixel, the first two directions and the first roulette.
+    switch dimension {
+        case DIMENSION_CAMERA: {
+            return vec4u(KRONECKER_7[0], KRONECKER_7[1], 0u, 0u);
+        }
+        case DIMENSION_BSDF: {
+            return vec4u(KRONECKER_7[2], KRONECKER_7[3], 0u, KRONECKER_7[4]);
+        }
+        case DIMENSION_BSDF + BOUNCE_DIMENSIONS: {
+            return vec4u(KRONECKER_7[5], KRONECKER_7[6], 0u, 0u);
+        }
+        default: {
+            return vec4u(0u);
+        }
+    }
+#endif
+#endif
+}
+
+/// A path's numbers of one dimension as words: the samples of a pixel's group, and the light paths of an iteration, fill
+/// the first dimensions evenly. Each number alone is uniform, and groups are independent.
+fn path_words(path: u32, dimension: u32) -> vec4u {
+    let words = random4(path_key(path), dimension);
+    let steps = path_steps(dimension);
+    if all(steps == vec4u(0u)) {
+        return words;
+    }
+    var group = path_key(path);
+#if shared_light_paths
+    let index = group.pixel;
+    group.pixel = 0u;
+#else
+    let index = group.sample % SAMPLES_A_GROUP;
+    group.sample /= SAMPLES_A_GROUP;
+#endif
+    let shift = random4(group, dimension + GROUP_DIMENSION);
+    return select(words, shift + index * steps, steps != vec4u(0u));
+}
+
+/// The same as numbers in [0, 1).
+fn path_uniform4(path: u32, dimension: u32) -> vec4f {
+    return vec4f(path_words(path, dimension) >> vec4u(8u)) * 0x1p-24;
 }

@@ -70,6 +70,8 @@ device_struct! {
 
 /// In the place of a strategy's number of vertices: all strategies.
 pub const EVERY_STRATEGY: u32 = u32::MAX;
+/// `shaders/bind/batch.wgsl`
+pub const SAMPLES_A_GROUP: u32 = 8;
 
 device_struct! {
     /// The camera in normalised scene space. A film point (x, y) in [0,1]^2 (y down) looks from
@@ -238,6 +240,8 @@ device_struct! {
         pub count: u32,
         pub sum_sq: [f32; 3],
         pub non_finite: u32,
+        pub open: [f32; 3],
+        pub open_groups: u32,
     }
 }
 

@@ -50,6 +50,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/ggx_albedo",
     "lib/hit",
     "lib/intersect",
+    "lib/kronecker",
     "lib/light",
     "lib/math",
     "lib/medium",

@@ -6,13 +6,17 @@ use super::{Layer, Picture};
 /// stays below 1e-5, and the result does not depend on how a render was cut into rounds.
 pub const SAMPLES_A_FLUSH: u32 = 64;
 
-/// A pixel's sums as the device hands them over, in device units.
+/// A pixel's sums, in device units. Samples come in groups; those of a group depend on each other, groups do not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelSums {
     pub sum: [f64; 3],
+    /// Of each group its sum squared over its samples.
     pub sum_sq: [f64; 3],
     pub count: u64,
+    pub groups: u64,
     pub non_finite: u64,
+    /// Samples, times the weight that each had.
+    pub weight: f64,
 }
 
 /// Sums over all samples of every pixel.
@@ -28,15 +32,18 @@ impl FilmSums {
         Self { width, height, pixels: vec![PixelSums::default(); width as usize * height as usize] }
     }
 
-    /// Adds what the device has gathered, one entry a pixel.
-    pub fn add(&mut self, taken: impl Iterator<Item = PixelSums>) {
+    /// Adds what the device has gathered, one entry a pixel, every sample with a weight that does not depend on it: the
+    /// inverse of its variance, up to a factor.
+    pub fn add(&mut self, taken: impl Iterator<Item = PixelSums>, weight: f64) {
         for (pixel, taken) in self.pixels.iter_mut().zip(taken) {
             for channel in 0..3 {
-                pixel.sum[channel] += taken.sum[channel];
-                pixel.sum_sq[channel] += taken.sum_sq[channel];
+                pixel.sum[channel] += weight * taken.sum[channel];
+                pixel.sum_sq[channel] += weight * taken.sum_sq[channel];
             }
             pixel.count += taken.count;
+            pixel.groups += taken.groups;
             pixel.non_finite += taken.non_finite;
+            pixel.weight += weight * taken.weight;
         }
     }
 
@@ -48,11 +55,8 @@ impl FilmSums {
     /// Radiance, with the layers `variance` (of the mean) and `samples`. `radiance_scale` turns device units into
     /// the scene's.
     pub fn picture(&self, radiance_scale: f64) -> Picture {
-        let mean = |pixel: &PixelSums, channel: usize| match pixel.count {
-            0 => 0.0,
-            count => (pixel.sum[channel] / count as f64 * radiance_scale) as f32,
-        };
-        let rgb = self.pixels.iter().map(|pixel| [0, 1, 2].map(|channel| mean(pixel, channel))).collect();
+        let rgb =
+            self.pixels.iter().map(|pixel| pixel.mean().map(|mean| (mean * radiance_scale) as f32)).collect();
         let mut picture = Picture::new(self.width, self.height, rgb);
         let variance = |channel: usize| {
             let scale_sq = radiance_scale * radiance_scale;
@@ -73,38 +77,61 @@ impl FilmSums {
 
     /// Estimated error of the picture: the expected MAPE against the truth, with an epsilon of 1 % of the picture's
     /// mean as `compare` has it, were every pixel's mean normally distributed with its estimated variance. `None`
-    /// before two samples a pixel. Light that no sample has found yet is not in it.
+    /// before two groups of samples a pixel. Light that no sample has found yet is not in it.
     pub fn estimated_error(&self) -> Option<f64> {
-        if self.pixels.iter().any(|pixel| pixel.count < 2) {
+        if self.pixels.iter().any(|pixel| pixel.groups < 2) {
             return None;
         }
-        let means: Vec<[f64; 3]> =
-            self.pixels.iter().map(|p| p.sum.map(|sum| sum / p.count as f64)).collect();
+        let means: Vec<[f64; 3]> = self.pixels.iter().map(PixelSums::mean).collect();
         let total: f64 = means.iter().flatten().sum();
         let epsilon = 0.01 * total / (3 * means.len()) as f64;
         if epsilon <= 0.0 {
             return None;
         }
         let mean_absolute = (2.0 / std::f64::consts::PI).sqrt();
+        // The root of an estimated variance is too small on average: for n normally distributed groups by this factor.
+        let root_mean = |groups: f64| 4.0 * (groups - 1.0) / (4.0 * groups - 3.0);
         let sum: f64 = self
             .pixels
             .iter()
             .zip(&means)
-            .flat_map(|(pixel, mean)| [0, 1, 2].map(|c| pixel.variance(c).sqrt() / (mean[c] + epsilon)))
+            .flat_map(|(pixel, mean)| {
+                let unbiased = 1.0 / root_mean(pixel.groups as f64);
+                [0, 1, 2].map(|c| unbiased * pixel.variance(c).sqrt() / (mean[c] + epsilon))
+            })
             .sum();
         Some(mean_absolute * sum / (3 * means.len()) as f64)
     }
 }
 
 impl PixelSums {
-    /// Estimated variance of the mean of a channel; infinite information is not claimed: 0 only where all samples
-    /// agree, and one sample alone says nothing (0 as well, with `samples` telling why).
+    /// Adds a group of so many samples, of weight one, by their sum.
+    pub fn add_group(&mut self, sum: [f64; 3], samples: u64) {
+        if samples == 0 {
+            return;
+        }
+        for (channel, sum) in sum.into_iter().enumerate() {
+            self.sum[channel] += sum;
+            self.sum_sq[channel] += sum * sum / samples as f64;
+        }
+        self.count += samples;
+        self.groups += 1;
+        self.weight += samples as f64;
+    }
+
+    /// Zero where there are no samples.
+    pub fn mean(&self) -> [f64; 3] {
+        self.sum.map(|sum| if self.weight > 0.0 { sum / self.weight } else { 0.0 })
+    }
+
+    /// Estimated variance of the mean of a channel; infinite information is not claimed: 0 only where all groups
+    /// agree, and one group alone says nothing (0 as well, with `samples` telling why).
     pub fn variance(&self, channel: usize) -> f64 {
-        if self.count < 2 {
+        if self.groups < 2 {
             return 0.0;
         }
-        let n = self.count as f64;
-        let mean = self.sum[channel] / n;
-        ((self.sum_sq[channel] / n - mean * mean) / (n - 1.0)).max(0.0)
+        let mean = self.mean()[channel];
+        let scatter = self.sum_sq[channel] / self.weight - mean * mean;
+        (scatter / (self.groups - 1) as f64).max(0.0)
     }
 }

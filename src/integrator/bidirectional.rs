@@ -1,7 +1,7 @@
 //! Bidirectional path tracing, its variant with a light vertex cache, and light tracing: one light stage and one eye
 //! stage for all of them. They differ in how many light paths there are and in which vertices are connected.
 //!
-//! An iteration is one sample of every pixel. First its light paths: each vertex is connected to the camera (t = 1),
+//! An iteration is a sample of every pixel, or a few that share their light paths. First its light paths: each vertex is connected to the camera (t = 1),
 //! where that is wanted, and stored in the light cache. Then the eye paths: at every vertex first the connections to
 //! the cache, then the light that is met by chance, then the next ray.
 
@@ -30,8 +30,10 @@ const PILOT_SAMPLE: u32 = u32::MAX;
 pub(super) struct Bidirectional {
     pub wavefront: Wavefront,
     method: Method,
-    /// Light paths of an iteration.
+    /// Light paths for each sample of all pixels.
     light_paths: u32,
+    /// Samples of an iteration.
+    iteration: u32,
     connection_density: f32,
     kernels: Kernels,
     /// Connections are chosen by subspaces.
@@ -116,6 +118,10 @@ impl Bidirectional {
             Method::Light { light_paths } => light_paths.unwrap_or(settings.width * settings.height),
             Method::Path | Method::Bdpt { .. } => pixels,
         };
+        let iteration = match method {
+            Method::LvcBpt { .. } | Method::SpcBpt { .. } if !learns => wavefront.samples_at_once(),
+            _ => 1,
+        };
         let lights = wavefront.has_lights();
         let subspaces = match model {
             Some(model) if lights => Some(Subspaces::new(context, &mut wavefront, model)?),
@@ -136,6 +142,7 @@ impl Bidirectional {
             wavefront,
             method,
             light_paths,
+            iteration,
             connection_density: 1.0,
             kernels,
             subspaces,
@@ -243,7 +250,9 @@ impl Bidirectional {
     /// Light paths that the cache must hold at a time.
     fn cached_paths(&self) -> u32 {
         match self.method {
-            Method::LvcBpt { .. } | Method::SpcBpt { .. } => self.light_paths.max(PILOT_PATHS),
+            Method::LvcBpt { .. } | Method::SpcBpt { .. } => {
+                self.light_paths.saturating_mul(self.iteration).max(PILOT_PATHS)
+            }
             Method::Bdpt { .. } => self.light_paths.min(self.wavefront.capacity),
             Method::Path | Method::Light { .. } => 0,
         }
@@ -404,7 +413,7 @@ impl Bidirectional {
         Ok(counts)
     }
 
-    /// One sample of every pixel.
+    /// An iteration of the batches' samples.
     fn iterate(&mut self, context: &Context, batches: &[Batch], light_paths: u32) -> Result<(), DeviceError> {
         let lit = self.stages.light_rays.is_some();
         let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
@@ -492,11 +501,19 @@ fn light_features(method: Method) -> Vec<&'static str> {
 
 impl Integrator for Bidirectional {
     fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError> {
-        for sample in first_sample..first_sample + samples {
-            let batches = self.wavefront.batches(sample, 1);
-            self.iterate(context, &batches, self.light_paths)?;
+        let end = first_sample + samples;
+        let mut sample = first_sample;
+        while sample < end {
+            let count = (self.iteration - sample % self.iteration).min(end - sample);
+            let batches = self.wavefront.batches(sample, count);
+            self.iterate(context, &batches, self.light_paths.saturating_mul(count))?;
+            sample += count;
         }
         Ok(())
+    }
+
+    fn samples_at_once(&self) -> u32 {
+        self.iteration
     }
 
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {

@@ -137,6 +137,12 @@ pub trait Integrator {
     /// A lost device, or a buffer that would have to grow beyond the device's limits.
     fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError>;
 
+    /// Samples that belong together, counted from the first: a picture is the same bit for bit if rounds end between
+    /// them.
+    fn samples_at_once(&self) -> u32 {
+        1
+    }
+
     /// Runs every kernel once on next to nothing; the film is dirty afterwards.
     ///
     /// # Errors

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::device::layout::{
-    Batch, Camera, Counts, EVERY_STRATEGY, FilmPixel, FirstHitPixel, Hit, PathRay, ShadowRay, SubPath,
+    Batch, Camera, Counts, EVERY_STRATEGY, FilmPixel, FirstHitPixel, Hit, PathRay, SAMPLES_A_GROUP,
+    ShadowRay, SubPath,
 };
 use crate::device::scene::DeviceScene;
 use crate::device::shader::Features;
@@ -260,6 +261,14 @@ impl Wavefront {
             ];
         }
         Ok(())
+    }
+
+    /// Samples of the whole picture that the queues hold at once, but no more than a group.
+    pub(super) fn samples_at_once(&self) -> u32 {
+        let pixels = self.settings.width * self.settings.height;
+        let most = (self.capacity / pixels).clamp(1, SAMPLES_A_GROUP);
+        // Groups are made of whole iterations.
+        1 << most.ilog2()
     }
 
     /// Something in the scene can be sampled as a light.

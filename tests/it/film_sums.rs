@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use halfway::device::layout::{Batch, Counts, FilmPixel};
 use halfway::device::{BufferTable, Kernel};
 use halfway::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
-use halfway::render::{Budget, RenderOptions, Renderer};
+use halfway::render::{Budget, RenderOptions, Renderer, pixel_sums};
 use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{Material, Scene};
 
@@ -35,15 +35,6 @@ fn accumulated(radiance: &[[f32; 4]], samples: u32, batch: u32) -> Vec<FilmPixel
     bytemuck::pod_collect_to_vec(&buffers.read(context, "film", bytes).expect("read"))
 }
 
-fn host(pixel: &FilmPixel) -> PixelSums {
-    PixelSums {
-        sum: pixel.sum.map(f64::from),
-        sum_sq: pixel.sum_sq.map(f64::from),
-        count: u64::from(pixel.count),
-        non_finite: u64::from(pixel.non_finite),
-    }
-}
-
 #[test]
 fn n18_sums_of_many_samples_do_not_stall() {
     const SAMPLES: u32 = 65_536;
@@ -52,7 +43,7 @@ fn n18_sums_of_many_samples_do_not_stall() {
     let flushed = accumulated(&radiance, SAMPLES_A_FLUSH, SAMPLES_A_FLUSH);
     let mut sums = FilmSums::new(PIXELS, 1);
     for _ in 0..SAMPLES / SAMPLES_A_FLUSH {
-        sums.add(flushed.iter().map(host));
+        sums.add(flushed.iter().map(pixel_sums), 1.0);
     }
     let picture = sums.picture(1.0);
     for (rgb, pixel) in picture.rgb.iter().zip(&sums.pixels) {
@@ -87,12 +78,39 @@ fn n18_samples_that_are_not_finite_are_counted_and_left_out() {
     let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, 2.0];
     let radiance: Vec<[f32; 4]> =
         values.iter().flat_map(|&x| [[x, 1.0, 1.0, 0.0], [1.0, 1.0, x, 0.0], [1.0, x, 1.0, 0.0]]).collect();
-    for pixel in accumulated(&radiance, values.len() as u32, values.len() as u32) {
+    for pixel in accumulated(&radiance, values.len() as u32, values.len() as u32).iter().map(pixel_sums) {
         assert_eq!((pixel.count, pixel.non_finite), (2, 3));
         let mut sum = pixel.sum;
-        sum.sort_by(f32::total_cmp);
+        sum.sort_by(f64::total_cmp);
         assert_eq!(sum, [2.0, 2.0, 3.0]);
     }
+}
+
+/// Samples of a group depend on each other: what counts is how the groups scatter.
+#[test]
+fn variance_is_that_of_groups() {
+    // Eleven samples, a group of eight and one of three.
+    let value = |sample: u32| (sample * sample % 7) as f32;
+    let radiance: Vec<[f32; 4]> =
+        (0..11).flat_map(|sample| vec![[value(sample), 1.0, 0.0, 0.0]; PIXELS as usize]).collect();
+    let sums = pixel_sums(&accumulated(&radiance, 11, 11)[1]);
+    assert_eq!((sums.count, sums.groups, sums.weight), (11, 2, 11.0));
+    let total = |samples: std::ops::Range<u32>| samples.map(|sample| f64::from(value(sample))).sum::<f64>();
+    let (first, second) = (total(0..8), total(8..11));
+    let mean = (first + second) / 11.0;
+    let scatter = 8.0 * (first / 8.0 - mean).powi(2) + 3.0 * (second / 3.0 - mean).powi(2);
+    assert!((sums.variance(0) - scatter / 11.0).abs() < 1e-12, "{} {}", sums.variance(0), scatter / 11.0);
+    assert!(sums.variance(1).abs() < 1e-12);
+    // Half the weight, half the say: like half as many samples.
+    let mut weighted = FilmSums::new(1, 1);
+    weighted.add([sums].into_iter(), 1.0);
+    let other = PixelSums { sum: [2.0 * sums.sum[0], 0.0, 0.0], ..sums };
+    weighted.add([other].into_iter(), 0.5);
+    let expected = (sums.sum[0] + 0.5 * other.sum[0]) / 16.5;
+    assert!((weighted.pixels[0].mean()[0] - expected).abs() < 1e-12);
+    // One group says nothing.
+    let sums = pixel_sums(&accumulated(&radiance, 8, 8)[1]);
+    assert_eq!((sums.groups, sums.variance(0)), (1, 0.0));
 }
 
 /// The loop around it all: a wall that glows with 0.1 and reflects nothing, looked at 8192 times.

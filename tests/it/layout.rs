@@ -61,6 +61,7 @@ const CONSTANTS: &[(&str, u32)] = &host_constants![
     LIGHT_POINT,
     LIGHT_SPOT,
     LIGHT_DIRECTIONAL,
+    SAMPLES_A_GROUP,
     TREE_KIND,
     TREE_CHILD,
     TREE_LEAF,

@@ -1,11 +1,12 @@
 //! Pictures of the renderer for tests, and what can be said about their means.
 
+use halfway::device::layout::FilmPixel;
 use halfway::device::{BufferTable, Kernel};
 use halfway::error::RenderError;
 use halfway::film::Picture;
 use halfway::film::metric;
 use halfway::film::tonemap::View;
-use halfway::render::{Budget, RenderOptions, Renderer, Report};
+use halfway::render::{Budget, RenderOptions, Renderer, Report, pixel_sums};
 use halfway::scene::Scene;
 
 use crate::gpu;
@@ -128,14 +129,15 @@ fn r09_non_finite_samples_are_counted_and_left_out() {
     let mut buffers = BufferTable::default();
     buffers.upload(context, "radiance", &radiance).unwrap();
     buffers.upload_uniform(context, "batch", &[batch]).unwrap();
-    buffers.create(context, "film", 64).unwrap();
+    let bytes = 2 * size_of::<FilmPixel>() as u64;
+    buffers.create(context, "film", bytes).unwrap();
     let kernel = Kernel::new(context, "film_accumulate", &Default::default(), &[]).unwrap();
     let bound = kernel.bind(context, &buffers).unwrap();
     let mut encoder = context.device.create_command_encoder(&Default::default());
     bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), 2);
     context.queue.submit([encoder.finish()]);
-    let bytes = buffers.read(context, "film", 64).unwrap();
-    let film: Vec<halfway::device::layout::FilmPixel> = bytemuck::pod_collect_to_vec(&bytes);
+    let film: Vec<FilmPixel> = buffers.read_elements(context, "film", 2).unwrap();
+    let film: Vec<_> = film.iter().map(pixel_sums).collect();
     assert_eq!((film[0].count, film[0].non_finite), (1, 4));
     assert_eq!(film[0].sum, [0.25, 0.5, 1.0]);
     assert_eq!((film[1].count, film[1].non_finite), (5, 0));

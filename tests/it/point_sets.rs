@@ -1,0 +1,80 @@
+//! Samples that lie well apart: where their points are, and that nobody claims more than they give.
+
+use halfway::integrator::{Method, Region};
+use halfway::render::{Budget, RenderOptions, Renderer};
+use halfway::scene::builtin::builtin;
+
+use crate::gpu;
+
+/// The steps are the powers of 1 / x, x^(d + 1) = x + 1.
+#[test]
+fn steps_are_those_of_the_sequence() {
+    let body = "fn twin(x: array<u32, 1>) -> array<u32, 13> {
+        var all: array<u32, 13>;
+        for (var i = 0u; i < 6u; i++) { var six = KRONECKER_6; all[i] = six[i]; }
+        for (var i = 0u; i < 7u; i++) { var seven = KRONECKER_7; all[6u + i] = seven[i]; }
+        return all;
+    }";
+    let [all] = gpu::map::<1, 13>(&["lib/kronecker"], body, &[[0]])[..] else { panic!("one answer") };
+    for (found, dimensions) in [(&all[..6], 6), (&all[6..], 7)] {
+        let x = (0..200).fold(1.5f64, |x, _| (1.0 + x).powf(1.0 / f64::from(dimensions + 1)));
+        for (power, &step) in (1..).zip(found) {
+            let expected = x.powi(-power).fract() * 2f64.powi(32);
+            assert!(
+                (f64::from(step) - expected).abs() <= 2.0,
+                "{power} of {dimensions}: {step:x}, {expected}"
+            );
+        }
+    }
+}
+
+/// Estimated variance of a picture's pixels, summed, over how much pictures of other seeds really scatter.
+fn claimed_over_true(method: Method, samples: u32) -> f64 {
+    const SEEDS: u64 = 64;
+    let scene = builtin("cornell").expect("a built-in scene");
+    let budget = Budget { samples: Some(samples), ..Budget::default() };
+    // Without the lamp, whose few pixels have most of the variance: their scatter would say little.
+    let crop = Some(Region { x: 0, y: 12, width: 24, height: 12 });
+    let options = RenderOptions {
+        width: 24,
+        height: 24,
+        crop,
+        max_depth: Some(4),
+        method,
+        budget,
+        ..Default::default()
+    };
+    let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
+    let mut claimed = 0.0;
+    let mut pictures = Vec::new();
+    for seed in 0..SEEDS {
+        renderer.restart(seed, None).expect("a renderer");
+        renderer.run(|_| false).expect("a render");
+        let picture = renderer.picture().expect("a picture");
+        let variance = ["R", "G", "B"].map(|channel| picture.channel("variance", channel).expect("a layer"));
+        claimed += variance.iter().flat_map(|channel| channel.iter()).map(|&v| f64::from(v)).sum::<f64>();
+        pictures.push(picture.rgb);
+    }
+    let mut scatter = 0.0;
+    for pixel in 0..pictures[0].len() {
+        for channel in 0..3 {
+            let values = || pictures.iter().map(|rgb| f64::from(rgb[pixel][channel]));
+            let mean = values().sum::<f64>() / SEEDS as f64;
+            scatter += values().map(|value| (value - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+        }
+    }
+    claimed / SEEDS as f64 / scatter
+}
+
+/// The samples of a group are not independent (they scatter less than as many independent ones), and where they share
+/// light paths neither are their errors; the estimated variance must be right all the same. Of samples taken for
+/// independent it would be a fifth too large for the path tracer.
+#[test]
+fn variance_is_honest() {
+    let lvc = Method::LvcBpt { light_paths: Some(64), connections: 2, light_tracing: false };
+    for (method, samples) in [(Method::Path, 32), (lvc, 32)] {
+        let ratio = claimed_over_true(method, samples);
+        println!("{} {samples}: {ratio:.3}", method.name());
+        assert!((ratio - 1.0).abs() < 0.08, "{} {samples}: {ratio}", method.name());
+    }
+}
