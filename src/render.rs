@@ -13,7 +13,7 @@ use crate::device::layout::{FilmPixel, FirstHitPixel};
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Layer, Picture};
-use crate::integrator::{FirstSubspaces, Integrator, Method, RayCounts, Region, Strategy, Training};
+use crate::integrator::{Choice, FirstSubspaces, Integrator, Method, RayCounts, Region, Strategy, Training};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
 
@@ -126,6 +126,10 @@ pub struct Report {
     pub features: SceneFeatures,
     /// Of the model that was learnt or given.
     pub training: Option<TrainingReport>,
+    /// The loss after each lesson over that before it, as far as it is known.
+    pub lesson_losses: Vec<f64>,
+    /// What nobody asked for, and why it is so.
+    pub choices: Vec<Choice>,
     /// Bytes by buffer.
     pub memory: Vec<(String, u64)>,
     /// Seconds and dispatches by kernel, where timed.

@@ -21,6 +21,37 @@ pub enum IntegratorName {
     Light,
 }
 
+/// What is worth more: to see something soon, or little noise in the end. What is set by itself goes before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// One connection a vertex (lvcbpt, spcbpt), two lessons (spcbpt).
+    Draft,
+    /// Three connections, up to five lessons.
+    #[default]
+    Normal,
+    /// Four connections, and up to seven lessons however little the last one taught.
+    High,
+}
+
+impl Quality {
+    fn connections(self) -> u32 {
+        match self {
+            Self::Draft => 1,
+            Self::Normal => DEFAULT_CONNECTIONS,
+            Self::High => 4,
+        }
+    }
+
+    fn training(self) -> Training {
+        let normal = Training::default();
+        match self {
+            Self::Draft => Training { lessons: 2, ..normal },
+            Self::Normal => normal,
+            Self::High => Training { lessons: 7, least_gain: 0.0, ..normal },
+        }
+    }
+}
+
 /// How light is transported, and with which settings.
 #[derive(Args, Debug)]
 pub struct MethodArgs {
@@ -40,6 +71,13 @@ pub struct MethodArgs {
     /// that it finds itself, by what earlier ones taught: much sooner where light is hard to find.
     #[arg(long, value_name = "N")]
     train_paths: Option<u32>,
+    /// How often spcbpt learns anew from the paths that it has found, at most (default: up to 5, as long as the last lesson
+    /// was worth it).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths")]
+    lessons: Option<u32>,
+    /// Settings for a first look, or for a last one.
+    #[arg(long, value_enum, default_value_t)]
+    quality: Quality,
     /// Subspaces that spcbpt sorts sub-paths into, on the eye's and on the light's side (default: as many as the
     /// training paths can teach).
     #[arg(long, value_name = "K")]
@@ -65,13 +103,16 @@ impl MethodArgs {
         if self.connections.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt) {
             return refuse("--connections", "lvcbpt and spcbpt");
         }
+        if self.quality != Quality::Normal && !matches!(name, Name::Lvcbpt | Name::Spcbpt) {
+            return refuse("--quality", "lvcbpt and spcbpt");
+        }
         if self.light_tracing && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Bdpt) {
             return refuse("--light-tracing", "bdpt, lvcbpt and spcbpt");
         }
         if light_paths == Some(0) {
             return Err(InputError::Usage("--light-paths takes at least 1 light path an iteration".into()));
         }
-        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
+        let connections = self.connections.unwrap_or(self.quality.connections());
         if !(1..=MAX_CONNECTIONS).contains(&connections) {
             return Err(InputError::Usage(format!("--connections takes 1 to {MAX_CONNECTIONS}")));
         }
@@ -91,11 +132,13 @@ impl MethodArgs {
     /// # Errors
     /// A setting of another integrator, or out of its range.
     pub fn training(&self) -> Result<Training, InputError> {
-        let mut training = Training::default();
+        let mut training = self.quality.training();
         if self.integrator != IntegratorName::Spcbpt {
-            for (given, flag) in
-                [(self.train_paths.is_some(), "--train-paths"), (self.subspaces.is_some(), "--subspaces")]
-            {
+            for (given, flag) in [
+                (self.train_paths.is_some(), "--train-paths"),
+                (self.subspaces.is_some(), "--subspaces"),
+                (self.lessons.is_some(), "--lessons"),
+            ] {
                 if given {
                     return Err(InputError::Usage(format!(
                         "{flag} is a setting of spcbpt; leave it out, or add --integrator spcbpt"
@@ -105,7 +148,12 @@ impl MethodArgs {
         }
         training.paths = self.train_paths;
         training.settings.subspaces = self.subspaces;
-        training.settings.connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
+        training.settings.connections = self.connections.unwrap_or(self.quality.connections());
+        if let Some(lessons) = self.lessons {
+            // All of them: that is what was asked for.
+            training.lessons = lessons;
+            training.least_gain = 0.0;
+        }
         training.settings.check().map_err(|error| InputError::Usage(error.to_string()))?;
         Ok(training)
     }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::error::RenderError;
-use crate::integrator::{Learning, Trained};
+use crate::integrator::{Choice, Learning, Trained};
 use crate::render::Prepared;
 
 /// Between two lines where there is no terminal.
@@ -69,6 +69,13 @@ pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<Trained, RenderErro
     });
     meter.finish();
     trained
+}
+
+/// Tells what was chosen for this scene, and why.
+pub fn say_choices(choices: &[Choice]) {
+    for choice in choices {
+        eprintln!("chosen: {} {} ({})", choice.value, choice.what, choice.reason);
+    }
 }
 
 /// Set by Ctrl-C.

@@ -312,6 +312,7 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
         report.accel_seconds,
         report.compile_seconds
     );
+    progress::say_choices(&report.choices);
     if let Some(training) = &report.training {
         let gain = held_out_gain(training)
             .map_or(String::new(), |gain| format!(", held-out loss {gain:.3} of the start's"));

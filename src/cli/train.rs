@@ -30,6 +30,10 @@ pub struct TrainArgs {
     /// connections by subspaces find, by what earlier ones taught: much sooner where light is hard to find.
     #[arg(long, value_name = "N")]
     train_paths: Option<u32>,
+    /// How often it learns anew from the paths that it has found (default: up to 5 times, as long as the last lesson was
+    /// worth it).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths")]
+    lessons: Option<u32>,
     /// Subspaces that sub-paths are sorted into, on the eye's and on the light's side (default: as many as the
     /// training paths can teach).
     #[arg(long, value_name = "K")]
@@ -83,7 +87,11 @@ impl TrainArgs {
             ..Settings::default()
         };
         settings.check()?;
-        Ok(Training { paths: self.train_paths, settings })
+        let mut training = Training { paths: self.train_paths, settings, ..Training::default() };
+        if let Some(lessons) = self.lessons {
+            (training.lessons, training.least_gain) = (lessons, 0.0);
+        }
+        Ok(training)
     }
 }
 
@@ -160,6 +168,8 @@ fn stats(trained: &Trained, report: &Report) -> serde_json::Value {
         "pretracing_seconds": report.pretracing_seconds,
         "preprocessing_seconds": report.preprocessing_seconds,
         "camera_paths": trained.camera_paths,
+        "lesson_losses": trained.losses,
+        "choices": trained.choices,
         "subspaces": model.subspaces,
         "settings": model.settings,
         "training": model.report,
@@ -179,6 +189,7 @@ fn summary(trained: &Trained) {
         "from {} paths with {} connections, found among {} camera paths",
         counts.paths, counts.nodes, trained.camera_paths
     );
+    progress::say_choices(&trained.choices);
     eprintln!(
         "{} subspaces a side: {} eye and {} light subspaces in use",
         model.subspaces, counts.learnt_rows, counts.active_columns

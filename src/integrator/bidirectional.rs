@@ -14,7 +14,7 @@ use crate::subspace::Model;
 use super::records::Records;
 use super::subspaces::Subspaces;
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
-use super::{DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
+use super::{Choice, DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
 
 /// Connections in flight for each eye vertex when all vertices of a light path are connected; longer paths take
 /// several rounds.
@@ -514,6 +514,19 @@ impl Integrator for Bidirectional {
 
     fn samples_at_once(&self) -> u32 {
         self.iteration
+    }
+
+    fn choices(&self) -> Vec<Choice> {
+        let mut choices = Vec::new();
+        if let Method::LvcBpt { light_paths, .. } | Method::SpcBpt { light_paths, .. } = self.method {
+            if light_paths.is_none() {
+                let reason = format!("{DEFAULT_LIGHT_PATHS} for each pixel");
+                choices.push(Choice::new("light paths a sample", self.light_paths, reason));
+            }
+            let reason = "all that the queues hold at once, up to a group";
+            choices.push(Choice::new("samples that share light paths", self.iteration, reason));
+        }
+        choices
     }
 
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {

@@ -3,6 +3,8 @@
 //!
 //! Nothing here is shown: samples and the picture's are independent, so that whatever is learnt, the picture is unbiased.
 
+use std::ops::Range;
+
 use crate::device::Kernel;
 use crate::device::layout::LightFeature;
 use crate::error::{DeviceError, RenderError};
@@ -11,14 +13,12 @@ use crate::subspace::{self, LightSample, Model, TrainingSet};
 use super::bidirectional::Bidirectional;
 use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, training_batch};
 use super::records::{Records, light_features, light_sample};
-use super::{Method, Region, Settings};
+use super::{Choice, Method, Region, Settings};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
 const PATHS_AN_ITERATION: u32 = 1 << 14;
 /// Room for records at first, for each of them.
 const RECORDS_A_PATH: u32 = 8;
-/// After so many iterations another model is made of all that was found.
-const LESSONS: [u32; 5] = [1, 2, 4, 8, 16];
 /// Connections that are enough for the largest number of subspaces that pays off.
 const ENOUGH_NODES: usize = 2_500_000;
 
@@ -32,22 +32,59 @@ pub(super) fn train(
 ) -> Result<Trained, RenderError> {
     let mut course = Course::new(lesson)?;
     course.look_for_light(lesson)?;
-    let last = LESSONS[LESSONS.len() - 1];
-    for iteration in 1..=last {
-        course.find_paths(lesson, iteration)?;
+    let training = lesson.training;
+    let mut losses = Vec::new();
+    let [mut iteration, mut taught] = [0, 0];
+    let reason = loop {
+        iteration += 1;
+        let found = course.find_paths(lesson, iteration)?;
+        // What the last lesson was worth is said by paths that had no part in it.
+        if let Some(before) = course.before.take() {
+            let loss =
+                1.0 / subspace::relative_loss(&before, &course.set, found).map_err(DeviceError::from)?;
+            losses.push(loss);
+            // The next lesson comes when there is twice as much to learn from.
+            let share = training.share_of_render(course.camera_paths, course.clock.pace(course.camera_paths));
+            if training.least_gain > 0.0 && 1.0 - loss < training.least_gain.max(share) {
+                let share = format!("another would take {:.0} % of the render", 100.0 * share);
+                break match taught {
+                    1 => format!(
+                        "connections by power alone are hardly worse, by {:.0} % of the loss; {share}",
+                        100.0 * (1.0 - loss)
+                    ),
+                    _ => format!("the last lowered the loss by {:.0} %; {share}", 100.0 * (1.0 - loss)),
+                };
+            }
+        }
         let nodes = course.set.nodes().len();
-        let share = (f64::from(iteration) / f64::from(last)).max(nodes as f64 / ENOUGH_NODES as f64);
-        go_on(Learning::TrainingPaths(share.min(1.0)))?;
-        let enough = nodes >= ENOUGH_NODES;
-        if enough || LESSONS.contains(&iteration) {
+        let share = f64::from(iteration) / f64::from(iteration_of(training.lessons));
+        go_on(Learning::TrainingPaths(share.max(nodes as f64 / ENOUGH_NODES as f64).min(1.0)))?;
+        let due = iteration == iteration_of(taught + 1);
+        let end = if nodes >= ENOUGH_NODES {
+            Some("enough connections for all subspaces that pay off")
+        } else if due && taught + 1 >= training.lessons {
+            Some("as many as wanted")
+        } else {
+            None
+        };
+        if due || end.is_some() {
             go_on(Learning::Fitting)?;
             course.learn(lesson)?;
+            taught += 1;
         }
-        if enough {
-            break;
+        if let Some(reason) = end {
+            break reason.to_string();
         }
-    }
-    Ok(course.clock.trained(course.model, course.camera_paths))
+    };
+    let mut trained = course.clock.trained(course.model, course.camera_paths);
+    trained.losses = losses;
+    trained.choices.push(Choice::new("lessons", taught, reason));
+    Ok(trained)
+}
+
+/// A lesson comes when there is twice as much to learn from as for the last.
+fn iteration_of(lesson: u32) -> u32 {
+    1 << (lesson.clamp(1, 16) - 1)
 }
 
 /// One iteration's paths, found by a model; with the mixture's density of it, p0 plus the sum over N Gamma / Q mass is 1
@@ -72,6 +109,8 @@ struct Course {
     light_paths: u32,
     camera_paths: u64,
     model: Model,
+    /// The model before the last lesson, as long as nobody knows what that was worth.
+    before: Option<Model>,
     clock: Clock,
 }
 
@@ -103,6 +142,7 @@ impl Course {
             light_paths: 0,
             camera_paths: 0,
             model,
+            before: None,
             clock: Clock::new(),
         })
     }
@@ -114,12 +154,16 @@ impl Course {
         let counts = self.integrator.fill_cache(lesson.context, &batch, paths)?;
         let features = self.cache(lesson, counts.light_vertices)?;
         self.take_lights(&features, paths);
-        self.learn(lesson)
+        self.learn(lesson)?;
+        // Before this one nothing was found.
+        self.before = None;
+        Ok(())
     }
 
-    /// One camera path a pixel against a cache of light paths.
-    fn find_paths(&mut self, lesson: &Lesson, iteration: u32) -> Result<(), RenderError> {
+    /// One camera path a pixel against a cache of light paths; says which full paths that found.
+    fn find_paths(&mut self, lesson: &Lesson, iteration: u32) -> Result<Range<usize>, RenderError> {
         let context = lesson.context;
+        let first = self.set.paths().len();
         let batch = training_batch(&self.integrator.wavefront, iteration);
         let paths = self.integrator.wavefront.settings.region.pixels();
         loop {
@@ -131,7 +175,7 @@ impl Course {
                 None => {
                     self.take_lights(&features, paths);
                     self.camera_paths += u64::from(batch.pixel_count * batch.sample_count);
-                    return Ok(());
+                    return Ok(first..self.set.paths().len());
                 }
                 Some(needed) => {
                     // Once more with room for all.
@@ -157,7 +201,8 @@ impl Course {
         let settings = lesson.training.settings.clone();
         let (set, lights, count) = (&self.set, &self.lights, u64::from(self.light_paths));
         let train = || subspace::train(set, lights, count, &lesson.sources, lesson.scene_hash, settings);
-        self.model = self.clock.learn(train).map_err(DeviceError::from)?;
+        let model = self.clock.learn(train).map_err(DeviceError::from)?;
+        self.before = Some(std::mem::replace(&mut self.model, model));
         self.integrator.set_model(lesson.context, &self.model)?;
         Ok(())
     }

@@ -15,22 +15,55 @@ use crate::math::rng::seed_key;
 use crate::subspace::{self, LightSourceInfo, Model, SourceKind, TrainingSet};
 
 use super::wavefront::Wavefront;
-use super::{Settings, bootstrap, pretrace};
+use super::{Choice, Settings, bootstrap, pretrace};
 
 /// Light paths for Q: more do not lower the error (`prototype.md`, 5).
 pub(super) const LIGHT_PATHS: u32 = 200_000;
+/// A camera path that is learnt from, in those that are shown: it has more light paths, its vertices are written down,
+/// and the host works on them.
+const COST_OF_A_PATH: f64 = 2.0;
 /// Vertices of the longest path to learn from.
 const LONGEST_PATH: u32 = 64;
 /// Sets the numbers of these paths apart from those of every render.
 const TRAINING_STREAM: u32 = 0x2545_f491;
 
-/// What to learn from, and how.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What to learn from, how, and for how long.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Training {
     /// So many full paths, found by path tracing before anything else, as published; `None`: paths that connections by
     /// subspaces find, by what earlier ones taught.
     pub paths: Option<u32>,
     pub settings: subspace::Settings,
+    /// Where it learns from its own connections: models made one after the other, at most.
+    pub lessons: u32,
+    /// A lesson that lowers the loss by a smaller share is the last; 0: none is for that.
+    pub least_gain: f64,
+    /// Camera paths and time of the render to come, learning included, where they are known: a lesson that lowered the loss
+    /// by less than the share of the render that the next would take is the last as well.
+    pub render_paths: Option<u64>,
+    pub render_time: Option<Duration>,
+}
+
+impl Training {
+    /// Share of the render that `paths` more camera paths would take, at `pace` of time each.
+    pub(super) fn share_of_render(&self, paths: u64, pace: Duration) -> f64 {
+        let by_paths = self.render_paths.map(|all| COST_OF_A_PATH * paths as f64 / all as f64);
+        let by_time = self.render_time.map(|all| pace.as_secs_f64() * paths as f64 / all.as_secs_f64());
+        by_paths.unwrap_or(0.0).max(by_time.unwrap_or(0.0))
+    }
+}
+
+impl Default for Training {
+    fn default() -> Self {
+        Self {
+            paths: None,
+            settings: subspace::Settings::default(),
+            lessons: 5,
+            least_gain: 0.03,
+            render_paths: None,
+            render_time: None,
+        }
+    }
 }
 
 /// How far learning is; where a share is known, of what is wanted.
@@ -53,6 +86,10 @@ pub struct Trained {
     pub learning: Duration,
     /// Camera paths that it took to find the training paths.
     pub camera_paths: u64,
+    /// Of learning from its own connections: the loss after each lesson over that before it, as paths say that the next
+    /// iteration found. (Nobody knows it of a last lesson that has none.)
+    pub losses: Vec<f64>,
+    pub choices: Vec<Choice>,
 }
 
 /// What learning has to know of a scene.
@@ -126,9 +163,26 @@ impl Clock {
         result
     }
 
+    /// Time for each of so many camera paths.
+    pub fn pace(&self, camera_paths: u64) -> Duration {
+        self.start.elapsed().div_f64(camera_paths.max(1) as f64)
+    }
+
     pub fn trained(self, model: Model, camera_paths: u64) -> Trained {
         let tracing = self.start.elapsed() - self.learning;
-        Trained { model: Arc::new(model), tracing, learning: self.learning, camera_paths }
+        let mut choices = Vec::new();
+        if model.settings.subspaces.is_none() {
+            let reason = format!("for {} connections that were found", model.report.counts.nodes);
+            choices.push(Choice::new("subspaces", model.subspaces, reason));
+        }
+        Trained {
+            model: Arc::new(model),
+            tracing,
+            learning: self.learning,
+            camera_paths,
+            losses: Vec::new(),
+            choices,
+        }
     }
 }
 

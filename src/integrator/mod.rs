@@ -83,6 +83,20 @@ impl Method {
     }
 }
 
+/// Something that nobody asked for, and why it is so.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    pub what: &'static str,
+    pub value: String,
+    pub reason: String,
+}
+
+impl Choice {
+    pub fn new(what: &'static str, value: impl ToString, reason: impl Into<String>) -> Self {
+        Self { what, value: value.to_string(), reason: reason.into() }
+    }
+}
+
 /// One of the ways to find a path: by `s` light and `t` eye vertices (the camera is one).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Strategy {
@@ -141,6 +155,11 @@ pub trait Integrator {
     /// them.
     fn samples_at_once(&self) -> u32 {
         1
+    }
+
+    /// What the integrator chose for this scene and picture.
+    fn choices(&self) -> Vec<Choice> {
+        Vec::new()
     }
 
     /// Runs every kernel once on next to nothing; the film is dirty afterwards.

@@ -2,14 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use super::{FIRST_HIT_SAMPLES, RenderOptions, Renderer, Report, Stop};
+use super::{Budget, FIRST_HIT_SAMPLES, RenderOptions, Renderer, Report, Stop};
 use crate::accel::Accel;
 use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
 use crate::error::RenderError;
 use crate::film::sums::FilmSums;
-use crate::integrator::{Learning, Method, RayCounts, Region, Settings, Trained, integrator, train};
+use crate::integrator::{
+    Learning, Method, RayCounts, Region, Settings, Trained, Training, integrator, train,
+};
 use crate::scene::{Scene, SceneFeatures};
 
 /// A scene on a device, with the settings of a render that has not begun.
@@ -61,6 +63,8 @@ impl<'a> Prepared<'a> {
             pretracing_seconds: 0.0,
             preprocessing_seconds: 0.0,
             training: None,
+            lesson_losses: Vec::new(),
+            choices: Vec::new(),
             estimated_error: None,
             rays: RayCounts::default(),
             non_finite: 0,
@@ -100,19 +104,33 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// A lost device, no light to learn from, [`RenderError::Interrupted`].
     pub fn learn(&mut self, interrupted: impl FnMut(Learning) -> bool) -> Result<Trained, RenderError> {
+        let training = self.training();
         let trained = train(
             self.context,
             &self.scene,
             &self.camera,
             self.settings,
             self.scene_hash,
-            &self.options.training,
+            &training,
             interrupted,
         )?;
         self.report.pretracing_seconds = trained.tracing.as_secs_f64();
         self.report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
+        self.report.lesson_losses = trained.losses.clone();
+        self.report.choices = trained.choices.clone();
         self.options.model = Some(trained.model.clone());
         Ok(trained)
+    }
+
+    /// With what is known of the render to come.
+    fn training(&self) -> Training {
+        let Budget { samples, time, .. } = self.options.budget;
+        let pixels = u64::from(self.settings.region.pixels());
+        Training {
+            render_paths: samples.map(|samples| u64::from(samples) * pixels),
+            render_time: time,
+            ..self.options.training.clone()
+        }
     }
 
     /// Compiles all that the render needs; learns first where it has to.
@@ -131,6 +149,7 @@ impl<'a> Prepared<'a> {
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         let warm_up = Instant::now();
         integrator.warm_up(context)?;
+        report.choices.extend(integrator.choices());
         let wavefront = integrator.wavefront_mut();
         let first_hits = match options.first_hit_layers {
             true => wavefront.first_hits(context, FIRST_HIT_SAMPLES)?,

@@ -13,6 +13,7 @@
 pub mod centroid;
 mod file;
 pub mod gamma;
+mod judge;
 pub mod model;
 pub mod normaliser;
 pub mod prepare;
@@ -22,6 +23,7 @@ mod train;
 mod training;
 pub mod tree;
 
+pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};
 pub use settings::{Optimiser, Settings};
 pub use sources::{LightSourceInfo, SourceKind, SourceLabels};

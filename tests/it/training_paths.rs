@@ -35,25 +35,18 @@ fn assert_densities_of_one(scene: &Scene) {
     };
     let learning =
         subspace::Settings { subspaces: Some(12), connections: CONNECTIONS, ..subspace::Settings::default() };
-    let training = Training { paths: None, settings: learning };
+    let training = Training { settings: learning, ..Training::default() };
     let trained =
         train(context, &device, &camera, settings, 0, &training, |_| false).expect("light to learn from");
     let model = &trained.model;
     let set = find_training_paths(context, &device, &camera, settings, &training, model).expect("more paths");
-    let pdf = model.tables().expect("rows").pdf;
     let mut worst = 0.0f64;
     let mut lengths = [0; 12];
-    for (index, path) in set.paths().iter().enumerate() {
-        let nodes = &set.nodes()[set.nodes_of(index)];
-        let by_connection = nodes.iter().map(|node| {
-            let (row, column) = (model.eye_label(&node.eye), model.light_label(&node.light));
-            let share = f64::from(pdf[(row * model.subspaces + column) as usize]);
-            f64::from(CONNECTIONS) * share / f64::from(model.q[column as usize]) * f64::from(node.mass)
-        });
-        let error = (f64::from(path.p0) + by_connection.sum::<f64>() - 1.0).abs();
+    for index in 0..set.paths().len() {
+        let error = (model.path_density(&set, index) - 1.0).abs();
         // Also where it is none.
         worst = if error <= worst { worst } else { error };
-        lengths[nodes.len().min(11)] += 1;
+        lengths[set.nodes_of(index).len().min(11)] += 1;
     }
     let count = set.paths().len();
     println!("{}: {count} paths, worst {worst:e}; by number of nodes {lengths:?}", scene.name);
