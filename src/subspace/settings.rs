@@ -38,6 +38,8 @@ pub struct Settings {
     pub tree_samples: u32,
     /// Share tau of every row of Gamma that goes evenly to all light subspaces.
     pub uniform_share: f64,
+    /// Share of what neighbouring subspaces have learnt in every step of Gamma; `None`: what suits the held-out paths.
+    pub smoothing: Option<f64>,
     /// N, connections of an eye vertex.
     pub connections: u32,
     pub optimiser: Optimiser,
@@ -57,6 +59,7 @@ impl Default for Settings {
             tree_stop: 0.99,
             tree_samples: 100_000,
             uniform_share: 0.1,
+            smoothing: None,
             connections: 2,
             optimiser: Optimiser::Mm,
             max_steps: 20,
@@ -89,6 +92,7 @@ impl Settings {
         share("tree_depth", f64::from(self.tree_depth), f64::from(TREE_MAX_DEPTH))?;
         share("tree_stop", self.tree_stop, 1.0)?;
         share("held_out", self.held_out, 0.9)?;
+        share("smoothing", self.smoothing.unwrap_or(0.0), 1.0)?;
         if !(self.uniform_share > 0.0 && self.uniform_share <= 1.0) {
             // Without it a light subspace may become unreachable: energy would be lost.
             return Err(SubspaceError::Setting {
