@@ -158,7 +158,7 @@ fn encode(model: &Model) -> Vec<u8> {
 /// `None` where the bytes end early or a number has no meaning.
 fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     let settings = decode_settings(from)?;
-    let subspaces = from.u32().filter(|k| (1..=4 * MOST_SUBSPACES).contains(k))?;
+    let subspaces = from.u32().filter(|k| (1..=MOST_SUBSPACES).contains(k))?;
     let mut tree = || {
         let node = |from: &mut Reader| {
             let split = [from.f32()?, from.f32()?, from.f32()?];

@@ -5,11 +5,14 @@ use serde::Serialize;
 use crate::device::layout::TREE_MAX_DEPTH;
 use crate::error::SubspaceError;
 
-/// Most subspaces a side: Gamma then has 10^6 entries.
-pub const MOST_SUBSPACES: u32 = 1000;
+/// Most subspaces a side: Gamma then has 16 million entries.
+pub const MOST_SUBSPACES: u32 = 4000;
 /// Training nodes for each (eye, light) pair of subspaces, when the number of subspaces follows from the training set.
-/// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1).
-const NODES_A_PAIR: f64 = 40.0;
+/// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1); without smoothing that would begin
+/// at about 40.
+const NODES_A_PAIR: f64 = 5.0;
+/// Most of them then: twice as many hardly lower the loss, however much there is to learn from, and cost time.
+const MOST_FOLLOWED: u32 = 300;
 /// How Gamma is improved from the contribution matrix on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
@@ -73,7 +76,7 @@ impl Settings {
     /// Subspaces a side for so many training nodes.
     pub fn subspaces_for(&self, nodes: usize) -> u32 {
         let followed = (nodes as f64 / NODES_A_PAIR).sqrt() as u32;
-        self.subspaces.unwrap_or(followed.clamp(2, MOST_SUBSPACES))
+        self.subspaces.unwrap_or(followed.clamp(2, MOST_FOLLOWED))
     }
 
     /// # Errors
@@ -108,7 +111,7 @@ impl Settings {
             }
             Err(SubspaceError::Setting { name, value: f64::from(value), least: 1.0, most: f64::from(most) })
         };
-        count("subspaces", self.subspaces.unwrap_or(1), 4 * MOST_SUBSPACES)?;
+        count("subspaces", self.subspaces.unwrap_or(1), MOST_SUBSPACES)?;
         count("connections", self.connections, 1 << 16)
     }
 }
