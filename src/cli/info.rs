@@ -9,7 +9,7 @@ use super::input::{InputError, SceneArgs, choose_camera};
 use crate::accel::Accel;
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, builtin};
 use crate::subspace::Model;
-use crate::subspace::gamma::Loss;
+use crate::subspace::gamma::{Loss, Tried};
 
 /// Say what a scene contains, which features it switches on and what an integrator cannot sample in it.
 #[derive(Args, Debug)]
@@ -114,7 +114,10 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
     let ratio = start.zip(best).map(|(start, best)| Loss {
         train: best.train / start.train,
         held_out: start.held_out.zip(best.held_out).map(|(start, best)| best / start),
+        ..*best
     });
+    let tried = |tried: &Tried| format!("{} ({})", tried.smoothing, short(tried.held_out));
+    let tried: Vec<String> = report.tried.iter().map(tried).collect();
     vec![
         ("scene", format!("{:016x}", model.scene_hash)),
         ("subspaces", format!("{k} eye, {k} light: {chosen}")),
@@ -151,6 +154,14 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
                 report.losses.len().saturating_sub(1),
                 optimiser.as_ref().map_or("", |value| value.get_name()),
                 report.best_step
+            ),
+        ),
+        (
+            "smoothing",
+            format!(
+                "{} from neighbours at the best; held-out loss by share: {}",
+                best.map_or(0.0, |best| best.smoothing),
+                if tried.is_empty() { "-".into() } else { tried.join(", ") }
             ),
         ),
         (

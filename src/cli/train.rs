@@ -48,6 +48,10 @@ pub struct TrainArgs {
     /// Share of the connections that goes evenly to all light subspaces, above 0 and at most 1.
     #[arg(long, value_name = "SHARE", default_value_t = Settings::default().uniform_share)]
     uniform_share: f64,
+    /// Share of what neighbouring subspaces have learnt in every step of Gamma, 0 to 1 (default: what suits paths that
+    /// were held out).
+    #[arg(long, value_name = "SHARE")]
+    smoothing: Option<f64>,
     /// Most levels of the classification trees.
     #[arg(long, value_name = "LEVELS", default_value_t = Settings::default().tree_depth)]
     tree_depth: u32,
@@ -82,6 +86,7 @@ impl TrainArgs {
             connections: self.connections,
             optimiser: self.optimiser,
             uniform_share: self.uniform_share,
+            smoothing: self.smoothing,
             tree_depth: self.tree_depth,
             direction_weight: self.direction_weight,
             ..Settings::default()
@@ -196,9 +201,10 @@ fn summary(trained: &Trained) {
     );
     if let Some(gain) = held_out_gain(report) {
         eprintln!(
-            "held-out loss {gain:.3} of the start's, after {} of {} steps",
+            "held-out loss {gain:.3} of the start's, after {} of {} steps, {} learnt from neighbours",
             report.best_step,
-            report.losses.len().saturating_sub(1)
+            report.losses.len().saturating_sub(1),
+            report.losses.get(report.best_step as usize).map_or(0.0, |loss| loss.smoothing)
         );
     }
 }

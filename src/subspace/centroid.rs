@@ -2,6 +2,7 @@
 //! of them to a vertex. [slides]; sampling as in [opt7], `algorithm.md` 3.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::training::Feature;
 use crate::math::rng::{RandomKey, random4, seed_key};
@@ -73,6 +74,27 @@ impl Centroids {
 
     pub fn features(&self) -> &[Feature] {
         &self.features
+    }
+
+    /// Of each centroid, itself and the nearest others, `count` in all if there are so many; the first of equals.
+    pub fn neighbours(&self, count: usize) -> Vec<Vec<u32>> {
+        let of = |index: usize| {
+            let distance = |other: usize| match other == index {
+                true => f32::NEG_INFINITY,
+                false => self.distance(&self.features[index], &self.features[other]),
+            };
+            let mut order: Vec<(f32, u32)> =
+                (0..self.features.len()).map(|other| (distance(other), other as u32)).collect();
+            order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            order.iter().take(count).map(|(_, other)| *other).collect()
+        };
+        (0..self.features.len()).into_par_iter().map(of).collect()
+    }
+
+    fn distance(&self, a: &Feature, b: &Feature) -> f32 {
+        a.position.distance_squared(b.position)
+            + self.normal_scale * (1.0 - a.normal.dot(b.normal))
+            + self.direction_scale * (1.0 - a.direction.dot(b.direction))
     }
 
     /// Index of the nearest centroid, the first of equals; 0 if there are none.

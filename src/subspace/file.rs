@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use super::gamma::Loss;
+use super::gamma::{Loss, Tried};
 use super::model::{Counts, Model, Seconds, TrainingReport};
 use super::settings::{MOST_SUBSPACES, Optimiser, Settings};
 use super::sources::SourceLabels;
@@ -19,7 +19,7 @@ use crate::film::write::write_atomic;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version, scene hash, length; the checksum follows.
 const HEADER: usize = 28;
 
@@ -124,6 +124,8 @@ fn encode(model: &Model) -> Vec<u8> {
     let s = &model.settings;
     out.u32(s.subspaces.unwrap_or(0));
     out.f64s(&[s.source_share, f64::from(s.direction_weight), s.tree_stop, s.uniform_share, s.held_out]);
+    // No share is negative.
+    out.f64(s.smoothing.unwrap_or(-1.0));
     out.u32s(&[s.tree_depth, s.tree_samples, s.connections, s.optimiser as u32, s.max_steps]);
     out.u64(s.seed);
     out.u32(model.subspaces);
@@ -146,15 +148,17 @@ fn encode(model: &Model) -> Vec<u8> {
     out.u32s(&[report.best_step, report.losses.len() as u32]);
     for loss in &report.losses {
         out.u32(u32::from(loss.held_out.is_some()));
-        out.f64s(&[loss.train, loss.held_out.unwrap_or(0.0)]);
+        out.f64s(&[loss.train, loss.held_out.unwrap_or(0.0), loss.smoothing]);
     }
+    out.u32(report.tried.len() as u32);
+    report.tried.iter().for_each(|tried| out.f64s(&[tried.smoothing, tried.held_out]));
     out.0
 }
 
 /// `None` where the bytes end early or a number has no meaning.
 fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     let settings = decode_settings(from)?;
-    let subspaces = from.u32().filter(|k| (1..=4 * MOST_SUBSPACES).contains(k))?;
+    let subspaces = from.u32().filter(|k| (1..=MOST_SUBSPACES).contains(k))?;
     let mut tree = || {
         let node = |from: &mut Reader| {
             let split = [from.f32()?, from.f32()?, from.f32()?];
@@ -182,11 +186,14 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     }
     report.best_step = from.u32()?;
     let count = from.u32()? as usize;
-    report.losses = from.list(count, 20, |from| {
+    report.losses = from.list(count, 28, |from| {
         let judged = from.u32()? != 0;
-        let (train, held_out) = (from.f64()?, from.f64()?);
-        Some(Loss { train, held_out: judged.then_some(held_out) })
+        let (train, held_out, smoothing) = (from.f64()?, from.f64()?, from.f64()?);
+        Some(Loss { train, held_out: judged.then_some(held_out), smoothing })
     })?;
+    let count = from.u32()? as usize;
+    report.tried =
+        from.list(count, 16, |from| Some(Tried { smoothing: from.f64()?, held_out: from.f64()? }))?;
     Some(Model { scene_hash, settings, subspaces, eye_tree, light_tree, sources, gamma, q, report })
 }
 
@@ -195,6 +202,7 @@ fn decode_settings(from: &mut Reader) -> Option<Settings> {
     let source_share = from.f64()?;
     let direction_weight = from.f64()? as f32;
     let (tree_stop, uniform_share, held_out) = (from.f64()?, from.f64()?, from.f64()?);
+    let smoothing = Some(from.f64()?).filter(|share| *share >= 0.0);
     let (tree_depth, tree_samples, connections) = (from.u32()?, from.u32()?, from.u32()?);
     let optimiser = from.u32()?;
     let optimiser = [Optimiser::Mm, Optimiser::Softmax, Optimiser::Mirror]
@@ -209,6 +217,7 @@ fn decode_settings(from: &mut Reader) -> Option<Settings> {
         tree_stop,
         tree_samples,
         uniform_share,
+        smoothing,
         connections,
         optimiser,
         max_steps,

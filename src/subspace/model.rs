@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::gamma::Loss;
+use super::gamma::{Loss, Tried};
 use super::settings::Settings;
 use super::sources::{SourceLabels, label_of};
 use super::training::{Feature, LightEnd};
@@ -95,6 +95,8 @@ pub struct TrainingReport {
     pub losses: Vec<Loss>,
     /// Index in `losses` of what was kept.
     pub best_step: u32,
+    /// What the smoothing of the kept step was chosen from.
+    pub tried: Vec<Tried>,
     /// Entropy of the rows of Gamma that were learnt, in bits: least, mean, most.
     pub row_entropy: [f64; 3],
     /// Largest over smallest positive estimate of Q.

@@ -5,11 +5,14 @@ use serde::Serialize;
 use crate::device::layout::TREE_MAX_DEPTH;
 use crate::error::SubspaceError;
 
-/// Most subspaces a side: Gamma then has 10^6 entries.
-pub const MOST_SUBSPACES: u32 = 1000;
+/// Most subspaces a side: Gamma then has 16 million entries.
+pub const MOST_SUBSPACES: u32 = 4000;
 /// Training nodes for each (eye, light) pair of subspaces, when the number of subspaces follows from the training set.
-/// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1).
-const NODES_A_PAIR: f64 = 40.0;
+/// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1); without smoothing that would begin
+/// at about 40.
+const NODES_A_PAIR: f64 = 5.0;
+/// Most of them then: twice as many hardly lower the loss, however much there is to learn from, and cost time.
+const MOST_FOLLOWED: u32 = 300;
 /// How Gamma is improved from the contribution matrix on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
@@ -38,6 +41,8 @@ pub struct Settings {
     pub tree_samples: u32,
     /// Share tau of every row of Gamma that goes evenly to all light subspaces.
     pub uniform_share: f64,
+    /// Share of what neighbouring subspaces have learnt in every step of Gamma; `None`: what suits the held-out paths.
+    pub smoothing: Option<f64>,
     /// N, connections of an eye vertex.
     pub connections: u32,
     pub optimiser: Optimiser,
@@ -57,6 +62,7 @@ impl Default for Settings {
             tree_stop: 0.99,
             tree_samples: 100_000,
             uniform_share: 0.1,
+            smoothing: None,
             connections: 2,
             optimiser: Optimiser::Mm,
             max_steps: 20,
@@ -70,7 +76,7 @@ impl Settings {
     /// Subspaces a side for so many training nodes.
     pub fn subspaces_for(&self, nodes: usize) -> u32 {
         let followed = (nodes as f64 / NODES_A_PAIR).sqrt() as u32;
-        self.subspaces.unwrap_or(followed.clamp(2, MOST_SUBSPACES))
+        self.subspaces.unwrap_or(followed.clamp(2, MOST_FOLLOWED))
     }
 
     /// # Errors
@@ -89,6 +95,7 @@ impl Settings {
         share("tree_depth", f64::from(self.tree_depth), f64::from(TREE_MAX_DEPTH))?;
         share("tree_stop", self.tree_stop, 1.0)?;
         share("held_out", self.held_out, 0.9)?;
+        share("smoothing", self.smoothing.unwrap_or(0.0), 1.0)?;
         if !(self.uniform_share > 0.0 && self.uniform_share <= 1.0) {
             // Without it a light subspace may become unreachable: energy would be lost.
             return Err(SubspaceError::Setting {
@@ -104,7 +111,7 @@ impl Settings {
             }
             Err(SubspaceError::Setting { name, value: f64::from(value), least: 1.0, most: f64::from(most) })
         };
-        count("subspaces", self.subspaces.unwrap_or(1), 4 * MOST_SUBSPACES)?;
+        count("subspaces", self.subspaces.unwrap_or(1), MOST_SUBSPACES)?;
         count("connections", self.connections, 1 << 16)
     }
 }

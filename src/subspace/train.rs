@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::centroid::{Centroids, largest_variance, systematic};
-use super::gamma::{Problem, ProblemBuilder, Term, optimise};
+use super::gamma::{Neighbours, Problem, ProblemBuilder, Term, optimise};
 use super::model::{Counts, Model, Seconds, TrainingReport};
 use super::normaliser::Normaliser;
 use super::prepare::{PathWeight, check_lights, weigh};
@@ -18,6 +18,9 @@ use crate::error::SubspaceError;
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
 /// power, which says little of the light that they give.
 const LEAST_SOURCE_SUBSPACES: u32 = 16;
+/// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
+/// many.
+const NEIGHBOURS: usize = 4;
 
 /// Learns the classification, Gamma and Q. The result depends on nothing but the arguments: not on the number of
 /// threads, and not on the units of light. An empty training set gives one subspace a side that knows about power only.
@@ -52,7 +55,7 @@ pub fn train(
         LightEnd::Surface(feature) => Some(feature),
         LightEnd::Source { .. } => None,
     };
-    let (eye_tree, light_tree) = rayon::join(
+    let ((eye_centroids, eye_tree), (light_centroids, light_tree)) = rayon::join(
         || classify(set, &taught, eye, subspaces, &settings),
         || classify(set, &taught, light, surfaces, &settings),
     );
@@ -84,7 +87,9 @@ pub fn train(
     let fallback: Vec<f64> =
         q.iter().zip(&active).map(|(q, active)| if *active { q / total } else { 0.0 }).collect();
     let terms = Terms { set, weights: &weighed.paths, labels: &labels, q: &q };
-    let (problem, unreachable) = terms.problem(subspaces, &active, &fallback, &settings);
+    let (mut problem, unreachable) = terms.problem(subspaces, &active, &fallback, &settings);
+    let neighbours = neighbours(&eye_centroids, &light_centroids, &active);
+    problem.smooth_over(&neighbours, &fallback, settings.smoothing);
     let optimised = optimise(&problem, settings.optimiser, settings.max_steps);
     let gamma = problem.expand(&optimised.q);
     seconds.gamma = clock.lap();
@@ -116,6 +121,7 @@ pub fn train(
         q_spread: spread(&normaliser.estimate),
         losses: optimised.losses,
         best_step: optimised.best_step,
+        tried: optimised.tried,
         seconds,
     };
     let q = q.iter().map(|&q| (q as f32).max(f32::MIN_POSITIVE)).collect();
@@ -148,14 +154,14 @@ fn taught_nodes(set: &TrainingSet, weights: &[PathWeight]) -> Vec<(u32, f64)> {
         .collect()
 }
 
-/// Draws the centroids of one side and grows its tree.
+/// Draws the centroids of one side and grows its tree; labels are indices of centroids.
 fn classify(
     set: &TrainingSet,
     taught: &[(u32, f64)],
     feature_of: impl Fn(&TrainingNode) -> Option<Feature> + Sync,
     count: u32,
     settings: &Settings,
-) -> Tree {
+) -> (Centroids, Tree) {
     let feature = |node: u32| feature_of(&set.nodes()[node as usize]);
     let side: Vec<(u32, f64)> = taught.iter().copied().filter(|(node, _)| feature(*node).is_some()).collect();
     let drawn = systematic(side.iter().map(|(_, weight)| *weight), count, settings.seed);
@@ -175,7 +181,20 @@ fn classify(
         stop: settings.tree_stop,
         direction: settings.direction_weight > 0.0,
     };
-    Tree::grow(&samples, &labels, growth)
+    let tree = Tree::grow(&samples, &labels, growth);
+    (centroids, tree)
+}
+
+/// Which of the subspaces are alike. Points on lights have no centroid: what light goes from one of them says little of
+/// another, so they are smoothed over the rows alone.
+fn neighbours(eye: &Centroids, light: &Centroids, active: &[bool]) -> Neighbours {
+    let alone = |from: usize| (from..active.len()).map(|index| vec![index as u32]);
+    let mut rows = eye.neighbours(NEIGHBOURS);
+    rows.extend(alone(rows.len()));
+    let mut columns = light.neighbours(NEIGHBOURS);
+    columns.iter_mut().for_each(|near| near.retain(|&near| active[near as usize]));
+    columns.extend(alone(columns.len()));
+    Neighbours { rows, columns }
 }
 
 /// What the loss is made of.

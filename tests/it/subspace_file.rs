@@ -11,6 +11,7 @@ fn model() -> Model {
         optimiser: Optimiser::Mirror,
         direction_weight: 0.3,
         seed: 1 << 40,
+        smoothing: Some(0.25),
         ..Settings::default()
     };
     data(1000, 1).train(&settings)
@@ -41,7 +42,7 @@ fn models_that_do_not_fit_are_refused() {
     let other = Model { scene_hash: 8, ..model.clone() };
     assert!(matches!(load(&other, |_| ()), Err(SubspaceError::WrongScene { .. })));
     let newer = load(&model, |bytes| bytes[8] += 1);
-    assert!(matches!(newer, Err(SubspaceError::Version { found: 2, expected: 1, .. })));
+    assert!(matches!(newer, Err(SubspaceError::Version { found: 3, expected: 2, .. })));
     let picture = load(&model, |bytes| bytes[..8].copy_from_slice(b"\x89PNG\r\n\x1a\n"));
     assert!(matches!(picture, Err(SubspaceError::NotAModel { .. })));
     assert!(matches!(load(&model, Vec::clear), Err(SubspaceError::NotAModel { .. })));

@@ -1,7 +1,7 @@
 //! The loss over Gamma, its gradient, and the ways down.
 
 use halfway::subspace::Optimiser;
-use halfway::subspace::gamma::{Problem, ProblemBuilder, Term, optimise};
+use halfway::subspace::gamma::{Neighbours, Problem, ProblemBuilder, Term, optimise};
 
 use crate::random::Stream;
 
@@ -130,4 +130,92 @@ fn held_out_paths_stop_the_optimisation() {
     assert!((0..found.losses.len()).all(|step| best <= held_out(step)));
     assert_eq!(over_fitting.held_out_loss(&found.q), Some(best), "another step was kept");
     assert!(found.losses.last().unwrap().train < found.losses[found.best_step as usize].train);
+}
+
+/// Of each of `k`, itself and those beside it.
+fn beside(k: u32) -> Vec<Vec<u32>> {
+    (0..k)
+        .map(|i| [i].into_iter().chain(i.checked_sub(1)).chain((i + 1 < k).then_some(i + 1)).collect())
+        .collect()
+}
+
+/// By its definition: each column's probability goes to its neighbours by their power, then rows take their
+/// neighbours' mean. Row 2 and column 3 have no paths.
+#[test]
+fn smoothing_is_the_mean_of_neighbours() {
+    let k = 5;
+    let power = [0.1, 0.4, 0.2, 0.0, 0.3];
+    let active = power.map(|power| power > 0.0);
+    let mut columns = beside(k);
+    columns.iter_mut().for_each(|near| near.retain(|&near| active[near as usize]));
+    let neighbours = Neighbours { rows: beside(k), columns: columns.clone() };
+    let mut stream = Stream::new(51);
+    let mut builder = ProblemBuilder::new(k);
+    for _ in 0..40 {
+        let (row, column) =
+            ([0, 1, 3, 4][stream.word() as usize % 4], [0, 1, 2, 4][stream.word() as usize % 4]);
+        let term = Term { squared: 1.0, start: 0.1 + stream.f64(), p0: 0.2, held_out: false };
+        builder.push(term, [(row, column, 1.0)].into_iter());
+    }
+    let mut problem = builder.finish(0.1, &active, &power);
+    assert_eq!(problem.learnt(), [true, true, false, true, true]);
+    let start = problem.start().to_vec();
+    let at = |row: usize, column: usize| start[k as usize * row + column];
+    let to = |from: usize, column: usize| match columns[from].contains(&(column as u32)) {
+        true => power[column] / columns[from].iter().map(|&near| power[near as usize]).sum::<f64>(),
+        false => 0.0,
+    };
+    let spread = |row: usize, column: usize| (0..5).map(|from| at(row, from) * to(from, column)).sum::<f64>();
+    for share in [1.0, 0.3, 0.0] {
+        problem.smooth_over(&neighbours, &power, Some(share));
+        let found = optimise(&problem, Optimiser::Mm, 0);
+        assert_eq!(found.losses[0].smoothing, share);
+        for row in 0..5 {
+            let rows = match row {
+                2 => vec![],
+                _ => vec![row.max(1) - 1, row, (row + 1).min(4)],
+            };
+            let rows: std::collections::BTreeSet<usize> = rows.into_iter().filter(|&row| row != 2).collect();
+            for column in 0..5 {
+                let mean = rows.iter().map(|&row| spread(row, column)).sum::<f64>() / rows.len() as f64;
+                let mean = if row == 2 { at(row, column) } else { mean };
+                let expected = (1.0 - share) * at(row, column) + share * mean;
+                let q = found.q[5 * row + column];
+                assert!((q - expected).abs() < 1e-14, "share {share}, {row}, {column}: {q}, not {expected}");
+            }
+        }
+        let gamma = problem.expand(&found.q);
+        for row in gamma.chunks(5) {
+            assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+            assert_eq!(row[3], 0.0);
+        }
+    }
+}
+
+/// Without paths that judge there is no choice, and neighbours tell nothing.
+#[test]
+fn held_out_paths_choose_the_smoothing() {
+    let even = vec![1.0 / 60.0; 60];
+    let neighbours = Neighbours { rows: beside(60), columns: beside(60) };
+    for held_out in [0.0, 0.2] {
+        let sharp = problem(60, 1500, 1.0, |_| 1.0, held_out);
+        let mut smooth = sharp.clone();
+        smooth.smooth_over(&neighbours, &even, None);
+        let (sharp, found) = (optimise(&sharp, Optimiser::Mm, 20), optimise(&smooth, Optimiser::Mm, 20));
+        println!("{:?}, kept {}, of {:?}", found.losses, found.best_step, found.tried);
+        if held_out == 0.0 {
+            assert!(found == sharp);
+            continue;
+        }
+        let kept = found.losses[found.best_step as usize];
+        let best = found.tried.iter().min_by(|a, b| a.held_out.total_cmp(&b.held_out)).unwrap();
+        assert!(found.tried.len() > 2 && found.tried[0].smoothing == 0.0);
+        assert!(kept.smoothing > 0.0 && kept.smoothing == best.smoothing);
+        assert_eq!(kept.held_out, Some(best.held_out));
+        assert!(kept.held_out < sharp.losses[sharp.best_step as usize].held_out);
+        for row in 0..60 {
+            let sum: f64 = found.q[smooth.row(row)].iter().sum();
+            assert!((sum - 1.0).abs() < 1e-12, "row {row}: {sum}");
+        }
+    }
 }

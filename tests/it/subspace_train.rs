@@ -181,7 +181,8 @@ fn faulty_paths_are_left_out_and_counted() {
 #[test]
 fn held_out_paths_teach_nothing() {
     let original = data(3000, 11);
-    let settings = Settings { max_steps: 0, ..settings(30) };
+    // The smoothing is for them to choose.
+    let settings = Settings { max_steps: 0, smoothing: Some(0.2), ..settings(30) };
     let weighed = prepare::weigh(&original.set, original.lights.len(), &settings).unwrap();
     let held_out = weighed.paths.iter().filter(|path| path.held_out).count();
     assert!((250..350).contains(&held_out), "{held_out} of 3000");
@@ -223,6 +224,10 @@ fn without_paths_there_is_power() {
         let error = try_train(&data, Settings { uniform_share, ..Settings::default() });
         assert!(matches!(error, SubspaceError::Setting { name: "uniform_share", .. }));
     }
+    for smoothing in [-0.1, 1.1, f64::NAN] {
+        let error = try_train(&data, Settings { smoothing: Some(smoothing), ..Settings::default() });
+        assert!(matches!(error, SubspaceError::Setting { name: "smoothing", .. }));
+    }
     let error = try_train(&data, Settings { subspaces: Some(0), ..Settings::default() });
     assert!(matches!(error, SubspaceError::Setting { name: "subspaces", .. }));
 }
@@ -232,8 +237,58 @@ fn subspaces_follow_the_training_set() {
     let settings = Settings::default();
     assert_eq!(
         [0, 1000, 100_000, 2_200_000, 1 << 30].map(|nodes| settings.subspaces_for(nodes)),
-        [2, 5, 50, 234, 1000]
+        [2, 14, 141, 300, 300]
     );
+}
+
+/// The loss on paths that taught nothing.
+fn fresh_loss(fresh: &Data, model: &Model, gamma: &dyn Fn(usize, usize) -> f64) -> f64 {
+    let mut sum = 0.0;
+    for (index, path) in fresh.set.paths().iter().enumerate() {
+        let mut density = f64::from(path.p0);
+        for node in &fresh.set.nodes()[fresh.set.nodes_of(index)] {
+            let (row, column) = (model.eye_label(&node.eye), model.light_label(&node.light));
+            let q = f64::from(model.q[column as usize]);
+            density += 3.0 * f64::from(node.mass) / q * gamma(row as usize, column as usize);
+        }
+        sum += f64::from(path.contribution).powi(2) / density;
+    }
+    sum
+}
+
+/// Where paths are few, what neighbours have learnt says more than they do; where there are many, what
+/// chance makes of the choice does little harm.
+#[test]
+fn smoothing_helps_where_paths_are_few() {
+    let fresh = data(30_000, 79);
+    for (paths, subspaces, most) in [(300, 30, 0.65), (1000, 60, 0.55), (3000, 60, 0.75), (60_000, 20, 1.02)]
+    {
+        let [mut sharp, mut smooth] = [0.0; 2];
+        // Of several, since few paths teach a lot or little by chance.
+        for seed in [31, 32, 33] {
+            let data = data(paths, seed);
+            let train = |smoothing| data.train(&Settings { smoothing, ..settings(subspaces) });
+            let loss = |model: &Model| {
+                let k = subspaces as usize;
+                fresh_loss(&fresh, model, &|row, column| f64::from(model.gamma[k * row + column]))
+            };
+            let (with, without) = (train(None), train(Some(0.0)));
+            check_shape(&with, &data);
+            assert!(without.report.losses.iter().all(|loss| loss.smoothing == 0.0));
+            assert_eq!((with.report.tried.len(), without.report.tried.len()), (4, 1));
+            let (with_loss, without_loss) = (loss(&with), loss(&without));
+            let kept = |model: &Model| model.report.losses[model.report.best_step as usize];
+            println!(
+                "{paths} paths, K = {subspaces}: {with_loss} smoothed, {without_loss} not, {:?} and {:?}",
+                kept(&with),
+                kept(&without)
+            );
+            smooth += with_loss;
+            sharp += without_loss;
+        }
+        println!("{paths} paths, K = {subspaces}: {} of the loss", smooth / sharp);
+        assert!(smooth < most * sharp, "{paths} paths, K = {subspaces}: {smooth} and {sharp}");
+    }
 }
 
 /// What light does here: it comes from the opposite side. Gamma finds that out, and fits paths it has not seen.
@@ -245,21 +300,7 @@ fn gamma_learns_where_light_comes_from() {
     let uniform = 40f64.log2();
     assert!(model.report.row_entropy[1] < uniform - 0.5);
     let fresh = data(20_000, 78);
-    let bound = |gamma: &dyn Fn(usize, usize) -> f64| {
-        let mut sum = 0.0;
-        let mut at = 0;
-        for (path, &length) in fresh.set.paths().iter().zip(&fresh.path_lengths) {
-            let mut density = f64::from(path.p0);
-            for node in &fresh.set.nodes()[at..at + length] {
-                let (row, column) = (model.eye_label(&node.eye), model.light_label(&node.light));
-                let q = f64::from(model.q[column as usize]);
-                density += 3.0 * f64::from(node.mass) / q * gamma(row as usize, column as usize);
-            }
-            at += length;
-            sum += f64::from(path.contribution).powi(2) / density;
-        }
-        sum
-    };
+    let bound = |gamma: &dyn Fn(usize, usize) -> f64| fresh_loss(&fresh, &model, gamma);
     let total: f64 = model.q.iter().map(|&q| f64::from(q)).sum();
     let learnt = bound(&|row, column| f64::from(model.gamma[40 * row + column]));
     let power = bound(&|_, column| f64::from(model.q[column]) / total);

@@ -36,6 +36,35 @@ fn brute_force(centroids: &[Feature], x: &Feature, direction_weight: f64) -> (u3
     all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
 }
 
+/// Those of a centroid, by sorting all by the definition of the distance.
+#[test]
+fn neighbours_are_the_nearest() {
+    let mut stream = Stream::new(102);
+    let mut features: Vec<Feature> = (0..200).map(|_| feature(&mut stream)).collect();
+    // Two in one place: each comes first in its own list.
+    features[17] = features[4];
+    for direction_weight in [0.0, 0.5] {
+        let centroids = Centroids::new(features.clone(), 0.15, direction_weight);
+        let all = centroids.neighbours(6);
+        assert_eq!(all.len(), 200);
+        for (index, near) in all.iter().enumerate() {
+            assert_eq!((near[0], near.len()), (index as u32, 6));
+            let mut others = features.clone();
+            // Takes the nearest away, one by one.
+            for &next in &near[1..] {
+                others[near[0] as usize].position = Vec3::splat(1e3);
+                let (_, least) = brute_force(&others, &features[index], f64::from(direction_weight));
+                let (_, found) =
+                    brute_force(&[others[next as usize]], &features[index], f64::from(direction_weight));
+                assert!(found <= least + 1e-6, "{index}: {next} at {found}, not {least}");
+                others[next as usize].position = Vec3::splat(1e3);
+            }
+        }
+        assert_eq!(centroids.neighbours(1000)[3].len(), 200);
+    }
+    assert!(Centroids::new(Vec::new(), 0.15, 0.0).neighbours(6).is_empty());
+}
+
 /// Features anywhere, and with coordinates that lie exactly on split planes.
 fn probes(count: usize, trees: [&Tree; 2]) -> Vec<Feature> {
     let mut stream = Stream::new(101);

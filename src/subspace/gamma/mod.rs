@@ -5,6 +5,8 @@
 
 mod optimise;
 mod problem;
+mod smoothing;
 
 pub use optimise::{Loss, Optimised, optimise};
-pub use problem::{Problem, ProblemBuilder, Term};
+pub use problem::{Problem, ProblemBuilder, Term, Tried};
+pub use smoothing::Neighbours;

@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use super::problem::Problem;
+use super::problem::{Problem, Tried};
 use crate::subspace::settings::Optimiser;
 
 /// Steps in a row without progress that end the optimisation.
@@ -26,6 +26,8 @@ const LARGEST_EXPONENT: f64 = 100.0;
 pub struct Loss {
     pub train: f64,
     pub held_out: Option<f64>,
+    /// Share of what was learnt from neighbours in this step.
+    pub smoothing: f64,
 }
 
 /// The best matrix that was met.
@@ -37,18 +39,21 @@ pub struct Optimised {
     pub losses: Vec<Loss>,
     /// Index in `losses` of what was kept.
     pub best_step: u32,
+    /// What the smoothing of the kept step was chosen from.
+    pub tried: Vec<Tried>,
 }
 
 /// Goes down for at most `max_steps`, or until the held-out loss no longer falls; without held-out paths the training
-/// loss judges.
+/// loss judges. The start and each step are smoothed: a step leaves nothing to cells that no training path connects.
 pub fn optimise(problem: &Problem, optimiser: Optimiser, max_steps: u32) -> Optimised {
     let mut q = problem.start().to_vec();
     let mut state = State::new(optimiser, problem);
-    let mut best = Optimised { q: q.clone(), losses: Vec::new(), best_step: 0 };
+    let mut best = Optimised { q: q.clone(), losses: Vec::new(), best_step: 0, tried: Vec::new() };
     let (mut lowest, mut idle) = (f64::INFINITY, 0);
     for step in 0..=max_steps {
+        let (smoothing, tried) = problem.smooth(&mut q);
         let (train, gradient) = problem.gradient(&q);
-        let loss = Loss { train, held_out: problem.held_out_loss(&q) };
+        let loss = Loss { train, held_out: problem.held_out_loss(&q), smoothing };
         best.losses.push(loss);
         let judged = loss.held_out.unwrap_or(loss.train);
         idle = if judged < lowest * (1.0 - PROGRESS) || step == 0 { 0 } else { idle + 1 };
@@ -56,6 +61,7 @@ pub fn optimise(problem: &Problem, optimiser: Optimiser, max_steps: u32) -> Opti
             lowest = judged;
             best.q.clone_from(&q);
             best.best_step = step;
+            best.tried = tried;
         }
         let finished = step == max_steps || (idle >= PATIENCE && loss.held_out.is_some());
         if finished || !state.step(problem, &mut q, train, &gradient) {
@@ -75,7 +81,6 @@ enum State {
 #[derive(Default)]
 struct Adam {
     step: i32,
-    logits: Vec<f64>,
     mean: Vec<f64>,
     square: Vec<f64>,
     /// Of each row at the start: what the derivatives are divided by, so that Adam's epsilon does not stop rows that
@@ -90,8 +95,7 @@ impl State {
             Optimiser::Mirror => Self::Mirror { rate: 1.0 },
             Optimiser::Softmax => {
                 let zeros = vec![0.0; problem.start().len()];
-                let logits = problem.start().iter().map(|q| q.ln()).collect();
-                Self::Softmax(Adam { logits, mean: zeros.clone(), square: zeros, ..Adam::default() })
+                Self::Softmax(Adam { mean: zeros.clone(), square: zeros, ..Adam::default() })
             }
         }
     }
@@ -167,7 +171,6 @@ impl Adam {
                 continue;
             }
             let mean = mean_gradient(q, gradient, cells.clone());
-            let mut most = f64::NEG_INFINITY;
             for cell in cells.clone() {
                 // dL/dz = q (g - sum q g): [doc26], checked there and here against differences.
                 let slope = q[cell] * (gradient[cell] - mean) / scale;
@@ -175,13 +178,11 @@ impl Adam {
                 *m = ADAM_MEAN * *m + (1.0 - ADAM_MEAN) * slope;
                 *s = ADAM_SQUARE * *s + (1.0 - ADAM_SQUARE) * slope * slope;
                 let step = *m / correct_mean / ((*s / correct_square).sqrt() + ADAM_EPSILON);
-                self.logits[cell] -= ADAM_RATE * step;
-                most = most.max(self.logits[cell]);
+                // A logit moves by -rate step.
+                q[cell] *= (-ADAM_RATE * step).exp();
             }
-            let sum: f64 = cells.clone().map(|cell| (self.logits[cell] - most).exp()).sum();
-            for cell in cells {
-                q[cell] = (self.logits[cell] - most).exp() / sum;
-            }
+            let sum: f64 = q[cells.clone()].iter().sum();
+            q[cells].iter_mut().for_each(|q| *q /= sum);
         }
     }
 }

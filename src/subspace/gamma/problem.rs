@@ -1,10 +1,12 @@
 //! The loss over Gamma and its gradient.
 //!
-//! Only pairs of subspaces that some path could connect matter to the loss, so Gamma is kept as a list of such cells.
-//! A sweep reads the connections by path for the densities, then by cell for the gradient: no two threads add to the
-//! same number, and every sum has one order.
+//! A sweep reads the connections by path for the densities, then by cell of Gamma for the gradient: no two threads add
+//! to the same number, and every sum has one order.
 
 use rayon::prelude::*;
+use serde::Serialize;
+
+use super::smoothing::{Neighbours, Smoothing};
 
 /// Paths, or cells, that one task takes. Fixed: sums are cut in the same places for any number of threads.
 const TASK: usize = 8192;
@@ -22,7 +24,14 @@ pub struct Term {
     pub held_out: bool,
 }
 
-/// A connection: index of a cell, or of a path, and what the cell's entry is multiplied with in D.
+/// A share of smoothing and the loss with it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tried {
+    pub smoothing: f64,
+    pub held_out: f64,
+}
+
+/// A connection: index of a cell (row K + column), or of a path, and what the cell's entry is multiplied with in D.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     index: u32,
@@ -109,42 +118,28 @@ impl ProblemBuilder {
     /// `uniform_share`: tau, spread over the columns that are `active`. `fallback`: the row of an eye subspace that no
     /// training path connects from; it sums to one.
     pub fn finish(self, uniform_share: f64, active: &[bool], fallback: &[f64]) -> Problem {
-        let Self { subspaces, parts: [mut train, mut held_out], .. } = self;
-        // Numbers the cells in the order of rows and columns.
-        let mut number = vec![0u32; subspaces * subspaces];
-        train.entries.iter().chain(&held_out.entries).for_each(|e| number[e.index as usize] = 1);
-        let cells: Vec<u32> = (0..number.len() as u32).filter(|&cell| number[cell as usize] > 0).collect();
-        for (index, &cell) in cells.iter().enumerate() {
-            number[cell as usize] = index as u32;
-        }
-        for entry in train.entries.iter_mut().chain(&mut held_out.entries) {
-            entry.index = number[entry.index as usize];
-        }
-        let row_starts: Vec<u32> = (0..=subspaces)
-            .map(|row| cells.partition_point(|&cell| (cell as usize) < row * subspaces) as u32)
-            .collect();
+        let Self { subspaces, parts: [train, held_out], .. } = self;
         let mut problem = Problem {
             subspaces,
             uniform_share,
             uniform: uniform_share / active.iter().filter(|a| **a).count().max(1) as f64,
             active: active.to_vec(),
-            fallback: fallback.to_vec(),
             by_cell: Vec::new(),
             cell_starts: Vec::new(),
-            start: vec![0.0; cells.len()],
+            start: vec![0.0; subspaces * subspaces],
             learnt: vec![false; subspaces],
-            cells,
-            row_starts,
             train,
             held_out,
+            smoothing: None,
         };
         problem.transpose();
-        problem.set_start();
+        problem.set_start(fallback);
         problem
     }
 }
 
-/// The loss of a set of paths as a function of the cells' probabilities q, before the uniform share is mixed in.
+/// The loss of a set of paths as a function of q, a distribution over the columns for each row, before the uniform share
+/// is mixed in. Columns that are not active have nothing of it.
 #[derive(Clone, Debug)]
 pub struct Problem {
     subspaces: usize,
@@ -152,11 +147,6 @@ pub struct Problem {
     /// tau / active columns
     uniform: f64,
     active: Vec<bool>,
-    fallback: Vec<f64>,
-    /// row K + column, ascending.
-    cells: Vec<u32>,
-    /// Where each row's cells begin, and the end of the last.
-    row_starts: Vec<u32>,
     train: Part,
     held_out: Part,
     /// The training part's entries by cell; indices are paths.
@@ -165,13 +155,14 @@ pub struct Problem {
     /// The row has training paths.
     learnt: Vec<bool>,
     start: Vec<f64>,
+    smoothing: Option<Smoothing>,
 }
 
 impl Problem {
     fn transpose(&mut self) {
-        let mut starts = vec![0u32; self.cells.len() + 1];
+        let mut starts = vec![0u32; self.start.len() + 1];
         self.train.entries.iter().for_each(|e| starts[e.index as usize + 1] += 1);
-        for cell in 0..self.cells.len() {
+        for cell in 0..self.start.len() {
             starts[cell + 1] += starts[cell];
         }
         let mut next = starts.clone();
@@ -187,35 +178,53 @@ impl Problem {
     }
 
     /// The contribution matrix, rows normalised: nearly all of the gain is in this start (`prototype.md`, fact 2).
-    fn set_start(&mut self) {
-        for cell in 0..self.cells.len() {
+    fn set_start(&mut self, fallback: &[f64]) {
+        for cell in 0..self.start.len() {
             self.start[cell] = self.of_cell(cell).iter().map(|e| self.train.start[e.index as usize]).sum();
         }
         for row in 0..self.subspaces {
             let cells = self.row(row);
-            let sum: f64 = self.start[cells.clone()].iter().sum();
+            let row_start = &mut self.start[cells];
+            let sum: f64 = row_start.iter().sum();
             self.learnt[row] = sum > 0.0;
-            for cell in cells {
-                let column = self.cells[cell] as usize % self.subspaces;
-                self.start[cell] =
-                    if self.learnt[row] { self.start[cell] / sum } else { self.fallback[column] };
+            if self.learnt[row] {
+                row_start.iter_mut().for_each(|q| *q /= sum);
+            } else {
+                row_start.copy_from_slice(fallback);
             }
         }
+    }
+
+    /// Lets rows and columns that are alike learn from each other. `power`: of each column, in any unit. `share`: of what
+    /// is learnt from neighbours; `None`: what suits the held-out paths.
+    pub fn smooth_over(&mut self, neighbours: &Neighbours, power: &[f64], share: Option<f64>) {
+        self.smoothing = Some(Smoothing::new(neighbours, power, &self.learnt, share));
+    }
+
+    /// Smooths q by the share, of those there are, with the lowest held-out loss. Returns it, and what was tried: nothing
+    /// where no path was held out, and q stays as it is unless there is but one share.
+    pub(super) fn smooth(&self, q: &mut Vec<f64>) -> (f64, Vec<Tried>) {
+        let Some(smoothing) = &self.smoothing else { return (0.0, Vec::new()) };
+        let smoothed = smoothing.apply(q);
+        let mix = |share: f64| -> Vec<f64> {
+            q.iter().zip(&smoothed).map(|(q, smooth)| (1.0 - share) * q + share * smooth).collect()
+        };
+        let judge =
+            |&smoothing: &f64| Some(Tried { smoothing, held_out: self.held_out_loss(&mix(smoothing))? });
+        let tried: Vec<Tried> = smoothing.shares.iter().filter_map(judge).collect();
+        let best = tried.iter().min_by(|a, b| a.held_out.total_cmp(&b.held_out)).map(|best| best.smoothing);
+        let share = best.unwrap_or(smoothing.shares[0]);
+        *q = mix(share);
+        (share, tried)
     }
 
     fn of_cell(&self, cell: usize) -> &[Entry] {
         &self.by_cell[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
     }
 
-    /// Row and column of every cell.
-    pub fn cells(&self) -> impl Iterator<Item = (u32, u32)> {
-        let k = self.subspaces as u32;
-        self.cells.iter().map(move |cell| (cell / k, cell % k))
-    }
-
     /// The cells of a row.
     pub fn row(&self, row: usize) -> std::ops::Range<usize> {
-        self.row_starts[row] as usize..self.row_starts[row + 1] as usize
+        row * self.subspaces..(row + 1) * self.subspaces
     }
 
     /// True for rows that training paths connect from; the others keep their fallback.
@@ -223,7 +232,7 @@ impl Problem {
         &self.learnt
     }
 
-    /// The contribution matrix.
+    /// The contribution matrix, K x K by rows.
     pub fn start(&self) -> &[f64] {
         &self.start
     }
@@ -236,7 +245,7 @@ impl Problem {
         self.held_out.squared.len()
     }
 
-    /// E = (1 - tau) q + tau / active, of the cells.
+    /// E = (1 - tau) q + tau / active, where columns are active.
     fn mixed(&self, q: &[f64]) -> Vec<f64> {
         q.iter().map(|q| (1.0 - self.uniform_share) * q + self.uniform).collect()
     }
@@ -275,27 +284,13 @@ impl Problem {
             let sum = |sum, e: &Entry| sum + f64::from(e.coefficient) * slopes[e.index as usize];
             -(1.0 - self.uniform_share) * self.of_cell(cell).iter().fold(0.0, sum)
         };
-        (loss, (0..self.cells.len()).into_par_iter().with_min_len(TASK / 8).map(of_cell).collect())
+        (loss, (0..self.start.len()).into_par_iter().with_min_len(TASK / 8).map(of_cell).collect())
     }
 
-    /// Gamma in full, K x K by rows: E with the uniform share in it. Rows that no path taught are the fallback's.
+    /// Gamma, K x K by rows: E with the uniform share in it, nothing for columns that are not active.
     pub fn expand(&self, q: &[f64]) -> Vec<f32> {
-        let mut gamma = vec![0.0f32; self.subspaces * self.subspaces];
-        gamma.par_chunks_mut(self.subspaces).enumerate().for_each(|(row, out)| {
-            let mut dense = vec![0.0; self.subspaces];
-            if self.learnt[row] {
-                for cell in self.row(row) {
-                    dense[self.cells[cell] as usize % self.subspaces] = q[cell];
-                }
-            } else {
-                dense.copy_from_slice(&self.fallback);
-            }
-            for ((out, q), active) in out.iter_mut().zip(dense).zip(&self.active) {
-                if *active {
-                    *out = ((1.0 - self.uniform_share) * q + self.uniform) as f32;
-                }
-            }
-        });
-        gamma
+        let mixed = self.mixed(q);
+        let active = self.active.iter().cycle();
+        mixed.iter().zip(active).map(|(e, active)| if *active { *e as f32 } else { 0.0 }).collect()
     }
 }
