@@ -19,8 +19,8 @@ use super::{Choice, Method, Region, Settings};
 const PATHS_AN_ITERATION: u32 = 1 << 14;
 /// Room for records at first, for each of them.
 const RECORDS_A_PATH: u32 = 8;
-/// Connections that are enough for the largest number of subspaces that pays off.
-const ENOUGH_NODES: usize = 2_500_000;
+/// Connections after which more teach nothing that a picture shows.
+const ENOUGH_NODES: usize = 1_500_000;
 
 /// Finds paths and learns from them, by turns.
 ///
@@ -61,7 +61,7 @@ pub(super) fn train(
         go_on(Learning::TrainingPaths(share.max(nodes as f64 / ENOUGH_NODES as f64).min(1.0)))?;
         let due = iteration == iteration_of(taught + 1);
         let end = if nodes >= ENOUGH_NODES {
-            Some("enough connections for all subspaces that pay off")
+            Some("more connections would hardly teach more")
         } else if due && taught + 1 >= training.lessons {
             Some("as many as wanted")
         } else {

@@ -135,6 +135,7 @@ fn quick_training() -> Training {
     Training {
         paths: Some(20_000),
         settings: Settings { connections: DEFAULT_CONNECTIONS, ..Settings::default() },
+        ..Training::default()
     }
 }
 

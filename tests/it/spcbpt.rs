@@ -25,7 +25,7 @@ fn spcbpt(method: Method, samples: u32, model: Option<Arc<Model>>) -> RenderOpti
     RenderOptions {
         method,
         model,
-        training: Training { paths: Some(4000), settings },
+        training: Training { paths: Some(4000), settings, ..Training::default() },
         ..options(SIZE, samples)
     }
 }
@@ -142,6 +142,56 @@ fn c09_twenty_models_of_nonsense_agree_with_path() {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
     };
     assert_equal_tiles("20 models", &tiles(&found), &tiles(&path));
+}
+
+/// Learning as it is by default, sixteen times with a seed of its own for what is learnt and for what is shown.
+#[test]
+fn c09_learning_with_sixteen_seeds_agrees_with_path() {
+    let (scene, _) = cornell();
+    let found: Vec<_> = (2000..2016)
+        .map(|seed| {
+            let settings = Settings { connections: 2, ..Settings::default() };
+            let training = Training { settings, ..Training::default() };
+            let method = Method::SpcBpt { light_paths: None, connections: 2, light_tracing: false };
+            // The seed of a renderer is that of its learning; restarted, it renders with the same one.
+            let options = RenderOptions { seed, method, training, ..options(SIZE, 32) };
+            renders(scene, &options, [seed]).remove(0)
+        })
+        .collect();
+    let path = renders(scene, &options(SIZE, 128), 200..216);
+    let [a, b]: [Moments; 2] = [&found, &path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
+    let error = a.standard_error().hypot(b.standard_error()) / b.mean;
+    let (ratio, p) = (a.mean / b.mean, welch_p(&a, &b));
+    println!("16 seeds: {ratio:.5} +- {error:.5} of path, p = {p:.2e}");
+    assert!(error < 4e-3, "{error} is too noisy: only a bias of six times as much is found");
+    assert!(p > FAMILY_ALPHA, "{ratio} +- {error}, p = {p:e}");
+}
+
+/// Learning ends where the next lesson would cost more than the last one gave, or as told; and says so.
+#[test]
+fn lessons_end_for_a_reason() {
+    let (scene, _) = cornell();
+    let lessons = |training: Training, samples: u32| {
+        let settings = Settings { connections: 2, ..Settings::default() };
+        let training = Training { settings, ..training };
+        let options = RenderOptions { training, ..spcbpt(method(600, 2, false), samples, None) };
+        let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
+        let report = renderer.report().expect("a report");
+        let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();
+        (choice, report.lesson_losses)
+    };
+    let told = Training { lessons: 3, least_gain: 0.0, ..Training::default() };
+    let (choice, losses) = lessons(told, 64);
+    assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
+    // Nobody knows what the last was worth. The others helped.
+    assert_eq!(losses.len(), 2);
+    assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
+    // Two samples a pixel are not worth more than one lesson.
+    let (choice, losses) = lessons(Training::default(), 2);
+    assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
+    assert!(choice.reason.contains("100 % of the render") || choice.reason.contains("200 %"), "{choice:?}");
+    let (long, _) = lessons(Training::default(), 100_000);
+    assert!(long.value.parse::<u32>().expect("a number") > 1, "{long:?}");
 }
 
 #[test]

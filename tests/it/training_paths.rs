@@ -49,6 +49,14 @@ fn assert_densities_of_one(scene: &Scene) {
         lengths[set.nodes_of(index).len().min(11)] += 1;
     }
     let count = set.paths().len();
+    // So is the loss by the model that found them, over itself; an untaught one has more.
+    let own = subspace::relative_loss(model, &set, 0..count).expect("sound paths");
+    assert!((own - 1.0).abs() < 1e-5, "{}: {own}", scene.name);
+    let mut even = model.as_ref().clone();
+    even.gamma.fill(1.0 / even.subspaces as f32);
+    let even = subspace::relative_loss(&even, &set, 0..count).expect("sound paths");
+    println!("{}: loss of an even Gamma {even:.3}", scene.name);
+    assert!(even > 1.02, "{}: {even}", scene.name);
     println!("{}: {count} paths, worst {worst:e}; by number of nodes {lengths:?}", scene.name);
     assert!(count > 500, "{}: only {count} paths", scene.name);
     assert!(
