@@ -18,9 +18,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let range = run_range(run, light_path_offsets[batch.light_path_count]);
     for (var i = range.x; i < range.y; i++) {
         let vertex = light_vertices[light_order[i]];
-        if is_drawable(vertex.weight) {
+        if is_drawable(arriving(vertex)) {
             bucket_ends[(vertex.number_label >> 16u) * RUNS + run]++;
-        } else if !is_finite3(vec3f(magnitude(vertex.weight))) {
+        } else if !is_finite3(vec3f(arriving(vertex))) {
             atomicAdd(&counts.non_finite_vertices, 1u);
         }
     }

@@ -15,9 +15,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var i = range.x; i < range.y; i++) {
         let index = light_order[i];
         let vertex = light_vertices[index];
-        if is_drawable(vertex.weight) {
+        if is_drawable(arriving(vertex)) {
             let cell = (vertex.number_label >> 16u) * RUNS + run;
-            bucket_items[bucket_ends[cell]] = vec2u(index, bitcast<u32>(magnitude(vertex.weight)));
+            bucket_items[bucket_ends[cell]] = vec2u(index, bitcast<u32>(arriving(vertex)));
             bucket_ends[cell]++;
         }
     }

@@ -3,7 +3,7 @@
 #import lib/emission
 #import lib/path_key
 #if light_cache
-#import bind/light_cache
+#import lib/light_vertex
 #endif
 #if light_only
 #import lib/camera
@@ -90,19 +90,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     light_path_lengths[light_path] = 1u;
     let slot = atomicAdd(&counts.light_vertices, 1u);
     if slot < arrayLength(&light_vertices) {
-        light_vertices[slot] = LightVertex(
-            emission.weight,
+        light_vertices[slot] = source_vertex(
+            emission.kind,
             emission.index,
+            emission.at,
             -emission.direction,
-            (emission.kind + 1u) << 16u,
-            emission.at.x,
-            emission.at.y,
+            emission.weight,
             emission.pdf_light,
             ratio,
-            1.0,
-            0.0,
-            light_path,
-            label << 16u,
+            vec2u(light_path, label << 16u),
         );
     }
 #endif

@@ -6,7 +6,7 @@
 #import lib/path_key
 #import lib/subpath
 #if light_cache
-#import bind/light_cache
+#import lib/light_vertex
 #endif
 #if subspaces
 #import lib/subspaces
@@ -66,20 +66,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         atomicMax(&counts.longest_light_path, number + 1u);
         let slot = atomicAdd(&counts.light_vertices, 1u);
         if slot < arrayLength(&light_vertices) {
-            light_vertices[slot] = LightVertex(
-                weight,
-                hit.triangle,
-                arrival.world_from,
-                depth,
-                hit.b1,
-                hit.b2,
-                arrival.pdf_area,
-                arrival.ratio,
-                arrival.to_previous,
-                arrival.edge,
-                light_path,
-                number | (label << 16u),
-            );
+            let place = vec2u(light_path, number | (label << 16u));
+            light_vertices[slot] = surface_vertex(point, surface, arrival, weight, depth, place);
 #if learns
             light_backs[slot] = share.y;
 #endif

@@ -1,6 +1,43 @@
+#import lib/color
+
 // The light vertex cache: the vertices of an iteration's light paths, for eye paths to connect to. Depth 0 is the
 // point on the light. Delta vertices are not in it: no connection can end at one.
 
+#if lambert_vertices
+/// 48 bytes, where there is nothing but Lambert's law: what it does with light is known on arrival but for cosines, and
+/// stored in place of what it follows from (lib/connect_lambert).
+struct LambertVertex {
+    /// Of the light that leaves: throughput over density of the sub-path up to here, times the BSDF. At depth 0 emitted
+    /// radiance (intensity, irradiance of a punctual light) over density.
+    weight: vec3f,
+    /// Triangle, or index of the punctual light.
+    index: u32,
+    b1: f32,
+    b2: f32,
+    /// |.| of the light that arrives: what subspaces draw by. At depth 0 that of `weight`.
+    size: f32,
+    /// The vertex's `mis_step`.
+    step: f32,
+    /// Density per solid angle of scattering to a direction, roulette included, over its cosine; 0 at depth 0.
+    pdf_scale: f32,
+    /// Depth in the low 16 bits; above them in 4 bits 0, or at depth 0 LIGHT_* plus one; then LIT_FROM_FRONT.
+    depth_kind: u32,
+    /// Light path, and the vertex's number among those that the path has in the cache; above its 16 bits the light
+    /// subspace.
+    path: u32,
+    number_label: u32,
+}
+
+/// In `depth_kind` of a surface: light arrives on the side of its geometric normal.
+const LIT_FROM_FRONT: u32 = 1u << 20u;
+
+alias LightVertex = LambertVertex;
+
+/// |.| of the light that arrives.
+fn arriving(vertex: LightVertex) -> f32 {
+    return vertex.size;
+}
+#else
 /// 64 bytes. Everything that a connection needs is stored or follows from the triangle.
 struct LightVertex {
     /// Of the light that arrives: throughput over density of the sub-path up to here, the BSDF here not included. At
@@ -29,6 +66,12 @@ struct LightVertex {
     path: u32,
     number_label: u32,
 }
+
+/// |.| of the light that arrives.
+fn arriving(vertex: LightVertex) -> f32 {
+    return magnitude(vertex.weight);
+}
+#endif
 
 /// 0, or for a point on a light LIGHT_* plus one.
 fn kind_of(vertex: LightVertex) -> u32 {

@@ -16,8 +16,7 @@ fn magnitude(color: vec3f) -> f32 {
     return color.x + color.y + color.z;
 }
 
-/// It has light to give, and a finite amount.
-fn is_drawable(weight: vec3f) -> bool {
-    let sum = magnitude(weight);
+/// Of this magnitude there is light to give, and a finite amount.
+fn is_drawable(sum: f32) -> bool {
     return sum > 0.0 && is_finite3(vec3f(sum));
 }

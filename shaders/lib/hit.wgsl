@@ -161,8 +161,8 @@ fn point_surface(point: SurfacePoint) -> Surface {
 #endif
 }
 
-/// The shading frame: interpolated normal, bent by the normal map.
-fn point_frame(point: SurfacePoint) -> ShadingFrame {
+/// The shading normal: interpolated, bent by the normal map.
+fn point_normal(point: SurfacePoint) -> vec3f {
     var normal = point.world_ng;
 #if normals
     let interpolated = safe_normalize(attribute3(point.triangle, point.b, NORMAL_OFFSET));
@@ -179,5 +179,9 @@ fn point_frame(point: SurfacePoint) -> ShadingFrame {
         normal = select(normal, bent, any(bent != vec3f(0.0)));
     }
 #endif
-    return shading_frame(normal, point.world_ng);
+    return normal;
+}
+
+fn point_frame(point: SurfacePoint) -> ShadingFrame {
+    return shading_frame(point_normal(point), point.world_ng);
 }

@@ -1,6 +1,11 @@
 #import bind/batch
 #import bind/light_cache
 #import lib/camera
+#if lambert_vertices
+#import lib/connect_lambert
+#else
+#import lib/connect
+#endif
 #import lib/emission
 #import lib/light
 #import lib/medium
@@ -10,8 +15,9 @@
 #import lib/subspaces
 #endif
 
-// The three ways to finish a path, each with its weight: an eye vertex and a vertex of the light cache are connected,
-// an eye path hits a light, a light vertex is connected to the camera.
+// The three ways to finish a path, each with its weight: an eye vertex and a vertex of the light cache are connected
+// (`connect` of lib/connect, or of lib/connect_lambert), an eye path hits a light, a light vertex is connected to the
+// camera.
 
 /// The edge between an eye vertex and a light vertex.
 struct Link {
@@ -50,10 +56,28 @@ fn emitted(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f
     }
 }
 
+/// Unit direction to an infinitely far light.
+fn direction_to_light(vertex: LightVertex, kind: u32) -> vec3f {
+#if lambert_vertices
+#if environment
+    if kind == LIGHT_ENVIRONMENT + 1u {
+        return square_to_sphere(vec2f(vertex.b1, vertex.b2));
+    }
+#endif
+#if punctual_lights
+    return -punctual_lights[vertex.index].direction;
+#else
+    return vec3f(0.0);
+#endif
+#else
+    return vertex.world_from;
+#endif
+}
+
 fn link_to(point: SurfacePoint, vertex: LightVertex, kind: u32) -> Link {
     var link: Link;
     if kind == LIGHT_ENVIRONMENT + 1u || kind == LIGHT_DIRECTIONAL + 1u {
-        link.direction = vertex.world_from;
+        link.direction = direction_to_light(vertex, kind);
         link.distance = MAX_FLOAT;
         link.to_light = 1.0;
         link.to_eye = abs(dot(link.direction, point.world_ng));
@@ -83,24 +107,6 @@ fn link_to(point: SurfacePoint, vertex: LightVertex, kind: u32) -> Link {
     return link;
 }
 
-/// A connection but for visibility and for what its eye path carries.
-struct Connection {
-    link: Link,
-    /// The light's weight, both BSDFs, and the geometry and absorption between.
-    light: vec3f,
-    /// Share of this strategy.
-    weight: f32,
-    /// For those who learn from it. The BSDF at the eye's end; at the light's, absorption between included. Geometry.
-    f_eye: vec3f,
-    f_light: vec3f,
-    geometry: f32,
-    /// Density of all strategies that make the path, over those of its two sub-paths.
-    density: f32,
-    /// Density per area of the light vertex, and of the one before it, as the eye's side samples them.
-    pdf_light: f32,
-    pdf_back: f32,
-}
-
 /// An eye vertex's part in weights by subspaces: its `shares_in`, what the last segment absorbs included, and
 /// `eye_labels`.
 struct EyeShares {
@@ -120,86 +126,6 @@ fn departing_share(
     return vec4f(continued / arrival.pdf_area, bitcast<f32>(shares.labels.x));
 }
 #endif
-
-/// Connects an eye vertex that is no delta vertex.
-fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
-    let kind = kind_of(vertex);
-    var connection: Connection;
-    connection.link = link_to(eye_point, vertex, kind);
-    connection.weight = 1.0;
-    let link = connection.link;
-    if link.to_light == 0.0 {
-        return connection;
-    }
-    // The light's end: emission here, scattering below.
-    var f_light = vec3f(1.0);
-    var light_step = vertex.ratio / vertex.pdf_area;
-    var pdf_eye = 0.0;
-    if kind != 0u {
-        let emission = emitted(vertex, kind, link.light_point, -link.direction);
-        f_light = vec3f(emission.x);
-        pdf_eye = emission.y * link.to_eye;
-    }
-    var eye_step = 0.0;
-    var f_eye: vec3f;
-    let lit = any(vertex.weight * f_light > vec3f(0.0));
-    // First the eye's end, then the light's: one call site for the whole BSDF.
-    for (var turn = 0u; turn < select(1u, 2u, kind == 0u) && lit; turn++) {
-        let at_eye = turn == 0u;
-        var point = link.light_point;
-        var world_from = vertex.world_from;
-        var world_to = -link.direction;
-        if at_eye {
-            point = eye_point;
-            world_from = arrival.world_from;
-            world_to = link.direction;
-        }
-        let surface = point_surface(point);
-        let value = shading_evaluate(surface, point_frame(point), world_from, world_to, at_eye);
-        let survives = survival(surface);
-        if at_eye {
-            f_eye = value.f;
-            connection.pdf_light = value.pdf_solid * survives * link.to_light;
-            eye_step = arrival_step(arrival, value.pdf_back_solid * survives, false);
-            if !any((vertex.weight > vec3f(0.0)) & (f_eye > vec3f(0.0))) {
-                // Nothing to do at the light's end.
-                break;
-            }
-        } else {
-            f_light = value.f;
-            pdf_eye = value.pdf_solid * survives * link.to_eye;
-            connection.pdf_back = value.pdf_back_solid * survives * vertex.to_previous;
-#if subspace_directions
-            let edge = light_edge(point, world_to, vertex.edge, vertex.depth_kind >> 20u);
-#else
-            let edge = vertex.edge;
-#endif
-            light_step = mis_step(vertex.ratio, connection.pdf_back, edge, vertex.pdf_area);
-        }
-    }
-    var medium = medium_towards(eye_point, link.direction);
-    if kind == 0u {
-        medium = medium_between(medium, link.light_point, -link.direction);
-    }
-    f_light *= transmittance(medium, link.distance);
-    let light = vertex.weight * f_light;
-    let geometry = abs(dot(link.direction, eye_point.world_ng)) * link.to_light;
-    connection.light = light * f_eye * geometry;
-    connection.f_eye = f_eye;
-    connection.f_light = f_light;
-    connection.geometry = geometry;
-#if subspaces
-    let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * magnitude(vertex.weight);
-    let share = departing_share(eye_point, arrival, shares, link.direction, f_eye, false);
-    let nearer = magnitude(light * geometry * share.rgb);
-    connection.density = edge + nearer + eye_step * pdf_eye + light_step * connection.pdf_light;
-    connection.weight = edge / connection.density;
-#else
-    connection.weight =
-        connection_weight(batch.connection_density, eye_step, pdf_eye, light_step, connection.pdf_light);
-#endif
-    return connection;
-}
 
 #if area_lights
 /// Weight of an eye path that met an emitting triangle; `light`: its index in `lights`.

@@ -234,6 +234,22 @@ device_struct! {
 }
 
 device_struct! {
+    /// A vertex of the light cache where all surfaces are flat and scatter by Lambert's law.
+    pub struct LambertVertex {
+        pub weight: [f32; 3],
+        pub index: u32,
+        pub b1: f32,
+        pub b2: f32,
+        pub size: f32,
+        pub step: f32,
+        pub pdf_scale: f32,
+        pub depth_kind: u32,
+        pub path: u32,
+        pub number_label: u32,
+    }
+}
+
+device_struct! {
     /// Sums over the samples of a pixel since the host last took them.
     pub struct FilmPixel {
         pub sum: [f32; 3],

@@ -5,7 +5,7 @@
 //! where that is wanted, and stored in the light cache. Then the eye paths: at every vertex first the connections to
 //! the cache, then the light that is met by chance, then the next ray.
 
-use crate::device::layout::{Batch, Camera, Counts, LightVertex};
+use crate::device::layout::{Batch, Camera, Counts};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, Context, Kernel};
 use crate::error::DeviceError;
@@ -41,6 +41,16 @@ pub(super) struct Bidirectional {
     /// Vertices that the cache holds.
     capacity: u32,
     stages: Stages,
+}
+
+/// What becomes of the paths that the kernels find.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    Picture,
+    /// Light paths are read from the cache: its vertices are whole.
+    LightVertices,
+    /// Paths are written down in place of being shown.
+    Records,
 }
 
 /// Compiled once.
@@ -81,8 +91,7 @@ struct Stages {
 }
 
 impl Bidirectional {
-    /// Compiles the kernels for the scene and takes over its buffers. With `learns`, kernels write down the paths that
-    /// they find, in place of showing them.
+    /// Compiles the kernels for the scene and takes over its buffers.
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
@@ -92,21 +101,27 @@ impl Bidirectional {
         camera: &Camera,
         settings: Settings,
         model: Option<&Model>,
-        learns: bool,
+        purpose: Purpose,
     ) -> Result<Self, DeviceError> {
         let method = settings.method;
+        let learns = purpose == Purpose::Records;
         let cells = match method {
             Method::Bdpt { .. } => OWN_PATH_CELLS,
             Method::LvcBpt { connections, .. } | Method::SpcBpt { connections, .. } => connections,
             Method::Path | Method::Light { .. } => 1,
         };
+        let subspace_directions = model.is_some_and(|model| model.settings.direction_weight > 0.0);
         let form = Form {
             cells,
             bidirectional: true,
             splats: method.traces_light(),
             subspaces: model.is_some(),
-            subspace_directions: model.is_some_and(|model| model.settings.direction_weight > 0.0),
+            subspace_directions,
             learns,
+            // Who learns wants vertices whole, and labels by direction wait for the direction of a connection.
+            lambert_vertices: purpose == Purpose::Picture
+                && !subspace_directions
+                && scene.features.lambert_only,
         };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let pixels = settings.region.pixels();
@@ -172,10 +187,11 @@ impl Bidirectional {
     fn make_cache(&mut self, context: &Context, vertices: u64) -> Result<(), DeviceError> {
         let cached = u64::from(self.cached_paths());
         if cached > 0 && self.wavefront.has_lights() {
+            let vertex_bytes = self.wavefront.light_vertex_bytes();
             let buffers = &mut self.wavefront.buffers;
             buffers.create(context, "light_path_lengths", cached * 4)?;
             buffers.create(context, "light_path_offsets", cached * 4 + 4)?;
-            buffers.create(context, "light_vertices", vertices * size_of::<LightVertex>() as u64)?;
+            buffers.create(context, "light_vertices", vertices * vertex_bytes)?;
             buffers.create(context, "light_order", vertices * 4)?;
             if self.wavefront.learns() {
                 self.wavefront.buffers.create(context, "light_backs", vertices * 4)?;

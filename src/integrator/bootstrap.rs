@@ -10,7 +10,7 @@ use crate::device::layout::LightFeature;
 use crate::error::{DeviceError, RenderError};
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
-use super::bidirectional::Bidirectional;
+use super::bidirectional::{Bidirectional, Purpose};
 use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, training_batch};
 use super::records::{Records, light_features, light_sample};
 use super::{Choice, Method, Region, Settings};
@@ -124,7 +124,7 @@ impl Course {
         let settings = Settings { method, ..settings };
         let model = Model::ignorant(lesson.sources.len(), lesson.scene_hash, training.settings.clone());
         let mut integrator =
-            Bidirectional::new(context, (*scene).clone(), camera, settings, Some(&model), true)?;
+            Bidirectional::new(context, (*scene).clone(), camera, settings, Some(&model), Purpose::Records)?;
         let samples_kernel = integrator.wavefront.compile(context, "light_samples", &[])?;
         let room = settings.region.pixels() * RECORDS_A_PATH;
         let records = Records::new(context, &mut integrator.wavefront, room)?;

@@ -195,6 +195,13 @@ pub fn integrator(
 ) -> Result<Box<dyn Integrator>, DeviceError> {
     Ok(match settings.method {
         Method::Path => Box::new(path::PathIntegrator::new(context, scene, camera, settings)?),
-        _ => Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings, model, false)?),
+        _ => Box::new(bidirectional::Bidirectional::new(
+            context,
+            scene,
+            camera,
+            settings,
+            model,
+            bidirectional::Purpose::Picture,
+        )?),
     })
 }

@@ -5,7 +5,7 @@ use crate::device::{Context, Kernel};
 use crate::error::{DeviceError, RenderError};
 use crate::subspace::{self, LightSample, TrainingSet};
 
-use super::bidirectional::Bidirectional;
+use super::bidirectional::{Bidirectional, Purpose};
 use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, training_batch};
 use super::records::{Records, light_features, light_sample};
 use super::wavefront::{Bounce, Size, Stage, Wavefront};
@@ -29,7 +29,8 @@ pub(super) fn train(
     let Lesson { context, scene, camera, settings, scene_hash, training, sources } = lesson;
     let method = Method::LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false };
     let settings = Settings { method, ..*settings };
-    let mut bidirectional = Bidirectional::new(context, (*scene).clone(), camera, settings, None, false)?;
+    let mut bidirectional =
+        Bidirectional::new(context, (*scene).clone(), camera, settings, None, Purpose::LightVertices)?;
     let mut pretrace = Pretrace::new(context, &mut bidirectional.wavefront)?;
     // The driver compiles at the first dispatch: that is not learning's time.
     let tiny = bidirectional.wavefront.tiny_batch();

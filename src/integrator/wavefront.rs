@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::device::layout::{
-    Batch, Camera, Counts, EVERY_STRATEGY, FilmPixel, FirstHitPixel, Hit, PathRay, SAMPLES_A_GROUP,
-    ShadowRay, SubPath,
+    Batch, Camera, Counts, EVERY_STRATEGY, FilmPixel, FirstHitPixel, Hit, LambertVertex, LightVertex,
+    PathRay, SAMPLES_A_GROUP, ShadowRay, SubPath,
 };
 use crate::device::scene::DeviceScene;
 use crate::device::shader::Features;
@@ -101,6 +101,8 @@ pub(super) struct Form {
     pub subspace_directions: bool,
     /// Paths are written down, for the host to learn from.
     pub learns: bool,
+    /// Light vertices are those of `LambertVertex`.
+    pub lambert_vertices: bool,
 }
 
 /// Kernels and queues of a path-space wavefront.
@@ -155,6 +157,9 @@ impl Wavefront {
         }
         if form.learns {
             features.insert("learns");
+        }
+        if form.lambert_vertices {
+            features.insert("lambert_vertices");
         }
         if context.is_cpu() {
             features.insert("one_lane");
@@ -279,6 +284,14 @@ impl Wavefront {
     /// Kernels write down the paths that they find.
     pub(super) fn learns(&self) -> bool {
         self.features.contains("learns")
+    }
+
+    /// Bytes of a vertex of the light cache.
+    pub(super) fn light_vertex_bytes(&self) -> u64 {
+        match self.features.contains("lambert_vertices") {
+            true => size_of::<LambertVertex>() as u64,
+            false => size_of::<LightVertex>() as u64,
+        }
     }
 
     /// Masked or blended surfaces make every traversal draw numbers of its path.

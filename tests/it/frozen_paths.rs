@@ -147,22 +147,24 @@ impl<'a> Bench<'a> {
         frozen
     }
 
-    /// What the kernel finds for each path, with light tracing by so many light paths. `subspaces`: connections by them,
-    /// with the features for it, their number and that of connections; their buffers are there.
+    /// What the kernel, in a form of it, finds for each path, with light tracing by so many light paths. `subspaces`:
+    /// connections by them, their number and that of connections; their buffers are there.
     pub fn kernel_finds(
         &mut self,
         frozen: &[Frozen],
         light_paths: f32,
-        subspaces: Option<(&[&'static str], u32, u32)>,
+        form: &[&'static str],
+        subspaces: Option<(u32, u32)>,
     ) -> Vec<Found> {
         let context = gpu::context();
         let mut features = self.device.kernel_features();
         features.insert("bidirectional");
+        features.extend(form);
         let mut constants = self.device.constants.clone();
         // Of connections by subspaces the batch knows nothing.
         let mut connection_density = CONNECTION_DENSITY;
-        if let Some((more, _, connections)) = subspaces {
-            features.extend(more);
+        if let Some((_, connections)) = subspaces {
+            features.insert("subspaces");
             constants.push(("CELLS", f64::from(connections)));
             connection_density = 0.0;
         }
@@ -178,7 +180,7 @@ impl<'a> Bench<'a> {
             light_path_count: 1,
             connection_density,
             camera_paths: light_paths,
-            subspaces: subspaces.map_or(0, |(_, count, _)| count),
+            subspaces: subspaces.map_or(0, |(count, _)| count),
             ..Batch::default()
         };
         buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
@@ -216,12 +218,22 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
     let mut bench = Bench::new(scene);
     let paths = find_paths(scene, samples);
     let frozen: Vec<Frozen> = paths.iter().map(|path| bench.freeze(path)).collect();
-    let found = bench.kernel_finds(&frozen, LIGHT_PATHS, None);
-    let expected = |index: usize| {
-        let density = |_: usize, _: &FullPath| f64::from(CONNECTION_DENSITY);
-        weights(&bench.space.strategies(&paths[index], density, f64::from(LIGHT_PATHS)))
-    };
-    assert_same_weights(&scene.name, &paths, &found, expected, may_differ);
+    for form in forms(scene) {
+        let found = bench.kernel_finds(&frozen, LIGHT_PATHS, form, None);
+        let expected = |index: usize| {
+            let density = |_: usize, _: &FullPath| f64::from(CONNECTION_DENSITY);
+            weights(&bench.space.strategies(&paths[index], density, f64::from(LIGHT_PATHS)))
+        };
+        assert_same_weights(&format!("{} {form:?}", scene.name), &paths, &found, expected, may_differ);
+    }
+}
+
+/// The features of each form that the kernels have for a scene.
+pub fn forms(scene: &Scene) -> &'static [&'static [&'static str]] {
+    match SceneFeatures::of(scene).lambert_only {
+        true => &[&[], &["lambert_vertices"]],
+        false => &[&[]],
+    }
 }
 
 /// Every weight, and every sum of one.

@@ -1,6 +1,7 @@
 // Walks a path from both ends, as the kernels do but along given directions, and notes the weight of each strategy.
 
 #import bind/accel
+#import lib/light_vertex
 #import lib/medium
 #import lib/strategies
 
@@ -110,7 +111,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var emitted = vec3f(0.0);
     var carried = 1.0;
     var at = vec2f(0.0);
-    var end: LightVertex;
 #if area_lights
     if is_triangle {
         let point = point_at(path, n);
@@ -118,8 +118,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         normal = point.world_ng;
         pdf_light /= point.area;
         pdf_solid = emission_pdf_solid(point, -towards_light);
-        end.b1 = bitcast<f32>(frozen[path].vertices[n - 1u].y);
-        end.b2 = bitcast<f32>(frozen[path].vertices[n - 1u].z);
         at = point.b.yz;
         emitted = point_emission(point, -towards_light) * point_presence(point);
         carried = PI * emitting_sides(point);
@@ -147,22 +145,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         carried = emission_falloff(punctual, -towards_light, kind == LIGHT_SPOT) / pdf_solid;
     }
 #endif
-    end.weight = emitted / pdf_light;
-    var throughput = end.weight * carried;
-    end.index = lights[light].index;
-    if is_triangle {
-        end.index = frozen[path].vertices[n - 1u].x;
-    }
-    end.world_from = towards_light;
-    end.depth_kind = (kind + 1u) << 16u;
-    end.pdf_area = pdf_light;
-    end.ratio = ratio;
+    let weight = emitted / pdf_light;
+    var throughput = weight * carried;
+    let index = select(lights[light].index, frozen[path].vertices[n - 1u].x, is_triangle);
+    var label = 0u;
 #if subspaces
-    let source = source_label(light, at);
-    end.number_label = source << 16u;
-    var share = light_share(end.weight, source);
+    label = source_label(light, at);
+    var share = light_share(weight, label);
 #endif
-    light_side[n] = end;
+    let place = vec2u(0u, label << 16u);
+    light_side[n] = source_vertex(kind, index, at, towards_light, weight, pdf_light, ratio, place);
     var medium = 0u;
     var previous = SubPath(position, ratio / pdf_light, normal, select(0u, SUBPATH_INFINITE, infinite));
     var direction = -towards_light;
@@ -173,7 +165,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         var arrival = arrive_turned(point, direction, pdf_solid, previous);
         let crossed = select(distance(point.position, previous.position), 0.0, infinite && i == n - 1u);
         throughput *= transmittance(medium_between(medium, point, arrival.world_from), crossed);
-        var vertex: LightVertex;
 #if subspaces
         let column = bitcast<u32>(share.w);
         // Before x_1 the camera, which only t = 1 sees.
@@ -182,24 +173,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             to_camera = -direction_from(path, i - 1u);
         }
         arrival.edge = light_edge(point, to_camera, share.x, column);
-        let label = vertex_label(TREE_LIGHT, point, arrival.world_from);
-        vertex.number_label = label << 16u;
+        label = vertex_label(TREE_LIGHT, point, arrival.world_from);
 #endif
-        vertex.weight = throughput;
-        vertex.index = frozen[path].vertices[i - 1u].x;
-        vertex.b1 = bitcast<f32>(frozen[path].vertices[i - 1u].y);
-        vertex.b2 = bitcast<f32>(frozen[path].vertices[i - 1u].z);
-        vertex.world_from = arrival.world_from;
-        vertex.depth_kind = n - i;
-        vertex.pdf_area = arrival.pdf_area;
-        vertex.ratio = arrival.ratio;
-        vertex.to_previous = arrival.to_previous;
-        vertex.edge = arrival.edge;
+        let surface = point_surface(point);
+        light_side[i] = surface_vertex(point, surface, arrival, throughput, n - i, vec2u(0u, label << 16u));
 #if subspace_directions
-        vertex.edge = share.x;
-        vertex.depth_kind |= column << 20u;
+        light_side[i].edge = share.x;
+        light_side[i].depth_kind |= column << 20u;
 #endif
-        light_side[i] = vertex;
         if i == 1u {
             if batch.camera_paths > 0.0 && !is_delta(point) {
                 weights[first + 1u] = connect_camera(point, arrival, camera_view(point.position)).weight;

@@ -11,7 +11,7 @@ use halfway::subspace::tree::Growth;
 use halfway::subspace::{Feature, LightEnd, Model, Settings, SourceLabels, TrainingReport, Tree};
 
 use crate::bidirectional::double_sided_lamp;
-use crate::frozen_paths::{Bench, Found, Frozen, LIGHT_PATHS, assert_same_weights, find_paths};
+use crate::frozen_paths::{Bench, Found, Frozen, LIGHT_PATHS, assert_same_weights, find_paths, forms};
 use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
 use crate::random::Stream;
@@ -173,9 +173,9 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     // Positions first, to grow trees about.
     let blank = random_model(&[], bench.lights.len(), false, &mut Stream::new(0));
     upload(&mut bench, &blank);
-    let features: &[&str] = if direction { &["subspaces", "subspace_directions"] } else { &["subspaces"] };
-    let extra = Some((features, SUBSPACES, CONNECTIONS));
-    let mut found = bench.kernel_finds(&frozen, 0.0, extra);
+    let forms = if direction { &[&["subspace_directions"][..]] } else { forms(scene) };
+    let subspaces = Some((SUBSPACES, CONNECTIONS));
+    let mut found = bench.kernel_finds(&frozen, 0.0, forms[0], subspaces);
     // Edges along a face are the judge's own rounding.
     let keep: Vec<bool> = (0..paths.len())
         .map(|at| Seen { bench: &bench, path: &paths[at], frozen: &frozen[at], found: &found[at] }.is_open())
@@ -200,8 +200,8 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     println!("{}: trees of {sizes:?} nodes", scene.name);
     let pdf = model.tables().expect("rows").pdf;
     let unit = bench.accel.unit.length(1.0);
-    for light_paths in [0.0, LIGHT_PATHS] {
-        let found = bench.kernel_finds(&frozen, light_paths, extra);
+    for (form, light_paths) in forms.iter().flat_map(|form| [(form, 0.0), (form, LIGHT_PATHS)]) {
+        let found = bench.kernel_finds(&frozen, light_paths, form, subspaces);
         let expected = |at: usize| {
             let path = &paths[at];
             let seen = Seen { bench: &bench, path, frozen: &frozen[at], found: &found[at] };
@@ -220,7 +220,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
             };
             weights(&densities.strategies(density, f64::from(light_paths)))
         };
-        let name = format!("{}, {light_paths} light paths", scene.name);
+        let name = format!("{} {form:?}, {light_paths} light paths", scene.name);
         assert_same_weights(&name, &paths, &found, expected, may_differ);
     }
 }

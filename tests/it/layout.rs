@@ -31,6 +31,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     ShadowRay,
     SubPath,
     LightVertex,
+    LambertVertex,
     TrainingVertex,
     TrainingEnd,
     LightFeature,
@@ -76,12 +77,15 @@ fn kernels() -> impl Iterator<Item = &'static str> {
     SOURCES.iter().map(|(name, _)| *name).filter(|name| !name.contains('/'))
 }
 
-/// All kernels with everything on, parsed: together they hold every struct and constant.
+/// All kernels with everything on, parsed, and one in its form for less: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
     let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
     features.extend(["bidirectional", "light_paths", "light_cache", "subspaces"]);
+    let lambert =
+        Features::from(["lambert_only", "lambert_vertices", "bidirectional", "light_paths", "light_cache"]);
     kernels()
         .map(|name| (name, stitch(name, &features)))
+        .chain([("light_shade", stitch("light_shade", &lambert))])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }
@@ -212,7 +216,12 @@ impl Validated {
             &["subspaces"],
             &["one_lane"],
             &["subspaces", "subspace_directions"],
+            &["lambert_vertices"],
+            &["lambert_vertices", "subspaces"],
         ] {
+            if extra.contains(&"lambert_vertices") && !features.lambert_only {
+                continue;
+            }
             let mut features = kernel_features(features);
             features.extend(extra);
             for kernel in kernels() {
@@ -222,6 +231,9 @@ impl Validated {
                         || ["camera_connections", "eye_shade", "eye_labels"].contains(&kernel);
                 let learns = kernel.starts_with("bucket_") || kernel == "eye_labels";
                 if learns && !features.contains("subspaces") {
+                    continue;
+                }
+                if kernel == "light_samples" && features.contains("lambert_vertices") {
                     continue;
                 }
                 if connects {

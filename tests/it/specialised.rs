@@ -2,15 +2,17 @@
 //! and what is required follows from the scene (S-03).
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
-use halfway::integrator::Method;
-use halfway::render::RenderOptions;
+use halfway::integrator::{Method, Training};
+use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
     AlphaMode, Environment, Filter, Image, LightKind, Material, Mesh, PunctualLight, Scene, SceneFeatures,
     Texture, TextureRef, Wrap,
 };
+use halfway::subspace::Settings;
 
 use crate::bidirectional::renders;
+use crate::gpu;
 use crate::judge::{grey, lamp, scene};
 use crate::shots::{assert_same_light, options, render, try_render};
 use crate::stats::{assert_equal_tiles, tile_means};
@@ -112,6 +114,34 @@ fn s01_general_bidirectional_kernels_make_the_same_picture() {
         };
         assert!(share > 1e-3 || mean.abs() <= 1e-5, "{name}: means differ by {mean:e}");
         assert_equal_tiles(name, &tiles(&general), &tiles(&special));
+    }
+}
+
+/// The form of light vertices for Lambert's law against the general one: the same paths with the same weights. (The
+/// weights one by one, of both forms and against the judge's: `c06`.)
+#[test]
+fn s01_lambert_vertices_make_the_same_picture() {
+    for (name, method) in [
+        ("cornell", Method::SpcBpt { light_paths: Some(100), connections: 2, light_tracing: true }),
+        ("door", Method::SpcBpt { light_paths: Some(100), connections: 2, light_tracing: false }),
+        ("three-lights", Method::LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true }),
+    ] {
+        let scene = builtin(name).expect("a built-in scene");
+        let settings = Settings { subspaces: Some(24), connections: 2, ..Settings::default() };
+        let training = Training { paths: Some(4000), settings };
+        let options = RenderOptions { method, training, ..options(SIZE, 8) };
+        let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");
+        renderer.run(|_| false).expect("a render");
+        let special = renderer.picture().expect("a picture").rgb;
+        let features = SceneFeatures { lambert_only: false, ..SceneFeatures::of(&scene) };
+        let general = RenderOptions { features: Some(features), model: renderer.model.clone(), ..options };
+        let general = render(&scene, general).picture.rgb;
+        let (share, mean) = difference(&general, &special);
+        println!(
+            "{name}: {:.2} % of the values differ by more than 1e-4, means by {mean:.1e}",
+            100.0 * share
+        );
+        assert!(share <= 1e-2 && mean.abs() <= 1e-5, "{name}: {share}, {mean:e}");
     }
 }
 
