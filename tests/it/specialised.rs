@@ -128,7 +128,7 @@ fn s01_lambert_vertices_make_the_same_picture() {
     ] {
         let scene = builtin(name).expect("a built-in scene");
         let settings = Settings { subspaces: Some(24), connections: 2, ..Settings::default() };
-        let training = Training { paths: Some(4000), settings };
+        let training = Training { paths: Some(4000), settings, ..Training::default() };
         let options = RenderOptions { method, training, ..options(SIZE, 8) };
         let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");
         renderer.run(|_| false).expect("a render");
