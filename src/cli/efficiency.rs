@@ -42,7 +42,7 @@ Columns:
   mean ratio           the picture's mean over the reference's, +- its standard error; few rounds know that badly:
                        with 8 one in 200 is beyond 4 of them by chance
   learning             seconds of spcbpt before its first sample: done once for all rounds, in none of the times
-  rays to vertices     of an iteration, that is one sample of every pixel; connections are those tested
+  rays to vertices     for one sample of every pixel; connections are those tested
   MiB                  all buffers of the device";
 
 /// Efficiency of integrators: 1 / (relMSE x time).

@@ -57,8 +57,8 @@ impl Quality {
 pub struct MethodArgs {
     #[arg(short, long, value_enum, default_value_t)]
     integrator: IntegratorName,
-    /// Light paths of an iteration, that is for one sample of every pixel (default: lvcbpt a quarter of the pixels,
-    /// light all of them).
+    /// Light paths for each sample of the whole picture; a few samples may share theirs (default: lvcbpt and spcbpt a
+    /// quarter of the pixels, light all of them).
     #[arg(long, value_name = "M")]
     light_paths: Option<u32>,
     /// Connections of each vertex of an eye path to the light vertex cache (lvcbpt, spcbpt).

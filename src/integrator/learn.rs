@@ -12,6 +12,7 @@ use crate::device::layout::{
 use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
 use crate::math::rng::seed_key;
+use crate::subspace::settings::MOST_FOLLOWED;
 use crate::subspace::{self, LightSourceInfo, Model, SourceKind, TrainingSet};
 
 use super::wavefront::Wavefront;
@@ -172,7 +173,10 @@ impl Clock {
         let tracing = self.start.elapsed() - self.learning;
         let mut choices = Vec::new();
         if model.settings.subspaces.is_none() {
-            let reason = format!("for {} connections that were found", model.report.counts.nodes);
+            let reason = format!(
+                "as many as the {} connections that were found can teach, up to {MOST_FOLLOWED}",
+                model.report.counts.nodes
+            );
             choices.push(Choice::new("subspaces", model.subspaces, reason));
         }
         Trained {

@@ -32,7 +32,7 @@ pub enum Method {
     Bdpt { light_tracing: bool },
     /// Bidirectional path tracing with a light vertex cache (Davidovic et al. 2014).
     LvcBpt {
-        /// Light paths an iteration; `None`: [`DEFAULT_LIGHT_PATHS`] a pixel.
+        /// Light paths for each sample of all pixels; `None`: [`DEFAULT_LIGHT_PATHS`] a pixel.
         light_paths: Option<u32>,
         /// Connections of each eye vertex, 1 to [`MAX_CONNECTIONS`].
         connections: u32,
@@ -56,7 +56,7 @@ pub enum Method {
 pub const MAX_CONNECTIONS: u32 = 64;
 /// Connections of an eye vertex where no number is asked for.
 pub const DEFAULT_CONNECTIONS: u32 = 3;
-/// Light paths of an iteration for each pixel of the picture, where none are asked for.
+/// Light paths for each sample of each pixel of the picture, where none are asked for.
 pub const DEFAULT_LIGHT_PATHS: f64 = 0.25;
 
 impl Method {

@@ -51,7 +51,7 @@ pub struct Summary {
     pub mean_ratio: f64,
     /// Of the mean ratio: from its scatter over the rounds and from the noise of the reference.
     pub mean_ratio_error: Option<f64>,
-    /// Means over all iterations (samples of every pixel); the runs have exact totals.
+    /// Means over all samples of all pixels; the runs have exact totals.
     pub iteration: Iteration,
 }
 
@@ -70,7 +70,7 @@ pub struct Ratio {
     pub interval: Option<[f64; 2]>,
 }
 
-/// What an iteration does.
+/// What a sample of all pixels takes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Iteration {
     pub rays: f64,

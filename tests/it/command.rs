@@ -132,6 +132,10 @@ fn r07_settings_of_another_integrator_are_refused() {
             "--integrator light --light-tracing",
             ["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"],
         ),
+        ("--quality draft", ["--quality", "lvcbpt and spcbpt", "--integrator"]),
+        ("--lessons 2", ["--lessons", "spcbpt", "--integrator"]),
+        ("--integrator spcbpt --lessons 2 --train-paths 9", ["--lessons", "--train-paths", "cannot be used"]),
+        ("--integrator spcbpt --quality best", ["best", "draft, normal, high", ""]),
         ("--integrator photons", ["photons", "bdpt, lvcbpt, spcbpt, light", ""]),
         ("--strategies out --max-depth 3", ["--strategies", "--integrator bdpt or lvcbpt", ""]),
         (

@@ -55,6 +55,29 @@ fn a_model_stands_for_its_training() {
         .assert(0, &["trained for 3 connections, this render has 2"]);
 }
 
+/// What nobody asked for is said with its reason; what was asked for is not.
+#[test]
+fn choices_are_said() {
+    let case = Case::new();
+    let run = case.run(&format!("{RENDER} --lessons 2 --stats render.json"));
+    run.assert(
+        0,
+        &["chosen: 2 lessons (as many as wanted)", "subspaces (", "256 light paths a sample (0.25 for each"],
+    );
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(case.path("render.json")).expect("a report")).expect("JSON");
+    assert_eq!(report["choices"].as_array().map(Vec::len), Some(4), "{report}");
+    assert_eq!(report["lesson_losses"].as_array().map(Vec::len), Some(1), "{report}");
+    let run = case.run(&format!("{RENDER} --quality draft --train-paths 900 --light-paths 99 --subspaces 5"));
+    run.assert(0, &["samples that share light paths ("]);
+    assert_eq!(run.said.matches("chosen: ").count(), 1, "{}", run.said);
+    // The number of lessons makes a render's own learning that of `train`, whatever its budget.
+    case.run("train builtin:cornell --size 32x32 --lessons 2 --seed 3").assert(0, &["chosen: 2 lessons"]);
+    case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[]);
+    case.run(&format!("{RENDER} --lessons 2 -o by-itself.exr")).assert(0, &[]);
+    assert_eq!(case.picture("by-model.exr").rgb, case.picture("by-itself.exr").rgb);
+}
+
 #[test]
 fn models_that_do_not_fit_end_with_2() {
     let case = trained();
