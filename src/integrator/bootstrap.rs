@@ -45,14 +45,12 @@ pub(super) fn train(
             losses.push(loss);
             // The next lesson comes when there is twice as much to learn from.
             let share = training.share_of_render(course.camera_paths, course.clock.pace(course.camera_paths));
-            if training.least_gain > 0.0 && 1.0 - loss < training.least_gain.max(share) {
-                let share = format!("another would take {:.0} % of the render", 100.0 * share);
-                break match taught {
-                    1 => format!(
-                        "connections by power alone are hardly worse, by {:.0} % of the loss; {share}",
-                        100.0 * (1.0 - loss)
-                    ),
-                    _ => format!("the last lowered the loss by {:.0} %; {share}", 100.0 * (1.0 - loss)),
+            let gain = 1.0 - loss;
+            if training.least_gain > 0.0 && gain < training.least_gain.max(share) {
+                let gained = format!("the last lowered the loss by {:.0} %", 100.0 * gain);
+                break match gain < training.least_gain {
+                    true => format!("{gained} only"),
+                    false => format!("{gained}, and another would take {:.0} % of the render", 100.0 * share),
                 };
             }
         }

@@ -268,10 +268,10 @@ impl Wavefront {
         Ok(())
     }
 
-    /// Samples of the whole picture that the queues hold at once, but no more than a group.
-    pub(super) fn samples_at_once(&self) -> u32 {
+    /// Samples of the whole picture that the queues hold at once, each with so many light paths; but no more than a group.
+    pub(super) fn samples_at_once(&self, light_paths: u32) -> u32 {
         let pixels = self.settings.width * self.settings.height;
-        let most = (self.capacity / pixels).clamp(1, SAMPLES_A_GROUP);
+        let most = (self.capacity / pixels.max(light_paths)).clamp(1, SAMPLES_A_GROUP);
         // Groups are made of whole iterations.
         1 << most.ilog2()
     }

@@ -70,7 +70,7 @@ fn c05_every_strategy_alone_is_right() {
                     continue;
                 }
                 let strategy = Some(Strategy { s, t, weighted: false });
-                let runs: Moments = (0..8)
+                let runs: Moments = (0..12)
                     .map(|seed| {
                         renderer.restart(seed, strategy).expect("a restart");
                         renderer.run(|_| false).expect("a render");
@@ -272,7 +272,7 @@ fn c08_a_double_sided_lamp_agrees_with_path() {
 #[test]
 fn light_tracing_fills_the_border() {
     let options = RenderOptions { method: LIGHT, ..options(SIZE, 16) };
-    let pictures = renders(&closed::furnace_box(0.5, 1.0), &options, 0..16);
+    let pictures = renders(&closed::furnace_box(0.5, 1.0), &options, 0..48);
     let border = |index: usize| {
         let (x, y) = (index % 48, index / 48);
         x == 0 || y == 0 || x == 47 || y == 47
