@@ -134,7 +134,9 @@ impl Bidirectional {
             Method::Path | Method::Bdpt { .. } => pixels,
         };
         let iteration = match method {
-            Method::LvcBpt { .. } | Method::SpcBpt { .. } if !learns => wavefront.samples_at_once(light_paths),
+            Method::LvcBpt { .. } | Method::SpcBpt { .. } if !learns => {
+                wavefront.samples_at_once(light_paths)
+            }
             _ => 1,
         };
         let lights = wavefront.has_lights();

@@ -120,7 +120,7 @@ fn c07_inverse_square() {
             position: towards_origin * -distance,
             direction: towards_origin.as_vec3(),
         }];
-        spot(&scene, 16).assert_mean(&format!("{kind:?} at {distance}"), expected, 1e-5);
+        spot(&scene, 32).assert_mean(&format!("{kind:?} at {distance}"), expected, 1e-5);
     }
 }
 
