@@ -2,10 +2,10 @@
 
 use glam::{Affine2, DVec2, DVec3, Vec2, Vec3};
 use halfway::accel::Accel;
-use halfway::device::layout::{Batch, Counts, PathRay};
+use halfway::device::layout::{Batch, Counts, PathRay, SAMPLES_A_GROUP};
 use halfway::device::scene::DeviceScene;
 use halfway::device::{BufferTable, Kernel};
-use halfway::math::rng::{RandomKey, uniform4};
+use halfway::math::rng::{RandomKey, random4, uniform_from_word};
 use halfway::scene::builtin::shapes::looking_at;
 use halfway::scene::{Camera, Filter, Image, Mesh, Projection, SceneFeatures, Texture, TextureRef, Wrap};
 
@@ -186,8 +186,9 @@ fn c15_camera_rays() {
         crop_height: 40,
         first_pixel: 60,
         pixel_count: 400,
+        // Of two groups.
         first_sample: 5,
-        sample_count: 3,
+        sample_count: 5,
         seed: 99,
         max_depth: 1,
         ..Batch::default()
@@ -215,8 +216,15 @@ fn c15_camera_rays() {
             let x = batch.crop_x + place % batch.crop_width;
             let y = batch.crop_y + place / batch.crop_width;
             let sample = batch.first_sample + index / batch.pixel_count;
-            let u = uniform4(RandomKey { pixel: y * width + x, sample, seed: batch.seed }, 0).as_dvec4();
-            let at = DVec2::new(f64::from(x) + u.x, f64::from(y) + u.y);
+            // A shift for each group of eight samples, and a step for each sample in it.
+            let group =
+                RandomKey { pixel: y * width + x, sample: sample / SAMPLES_A_GROUP, seed: batch.seed };
+            let shift = random4(group, 1 << 31);
+            let number = |shift: u32, step: u32| {
+                uniform_from_word(shift.wrapping_add(step.wrapping_mul(sample % SAMPLES_A_GROUP)))
+            };
+            let u = [number(shift.x, 0xe95e_1dd1), number(shift.y, 0xd4bc_74e1)].map(f64::from);
+            let at = DVec2::new(f64::from(x) + u[0], f64::from(y) + u[1]);
             let exact = camera::ray(camera, [width, height], at);
             let origin = accel.unit.point_f64(exact.origin);
             let found = Vec3::from_array(ray.origin).as_dvec3();
