@@ -85,24 +85,25 @@ fn path_steps(dimension: u32) -> vec4u {
 /// A path's numbers of one dimension as words: the samples of a pixel's group, and the light paths of an iteration, fill
 /// the first dimensions evenly. Each number alone is uniform, and groups are independent.
 fn path_words(path: u32, dimension: u32) -> vec4u {
-    let words = random4(path_key(path), dimension);
+    var key = path_key(path);
+    let words = random4(key, dimension);
     let steps = path_steps(dimension);
     if all(steps == vec4u(0u)) {
         return words;
     }
-    var group = path_key(path);
+    // From here on the key of the group.
 #if shared_light_paths
-    let index = group.pixel;
-    group.pixel = 0u;
+    let index = key.pixel;
+    key.pixel = 0u;
 #else
-    let index = group.sample % SAMPLES_A_GROUP;
-    group.sample /= SAMPLES_A_GROUP;
+    let index = key.sample % SAMPLES_A_GROUP;
+    key.sample /= SAMPLES_A_GROUP;
 #endif
-    let shift = random4(group, dimension + GROUP_DIMENSION);
+    let shift = random4(key, dimension + GROUP_DIMENSION);
     return select(words, shift + index * steps, steps != vec4u(0u));
 }
 
 /// The same as numbers in [0, 1).
 fn path_uniform4(path: u32, dimension: u32) -> vec4f {
-    return vec4f(path_words(path, dimension) >> vec4u(8u)) * 0x1p-24;
+    return uniforms_from_words(path_words(path, dimension));
 }

@@ -33,7 +33,11 @@ fn uniform_from_word(word: u32) -> f32 {
     return f32(word >> 8u) * 0x1p-24;
 }
 
+fn uniforms_from_words(words: vec4u) -> vec4f {
+    return vec4f(words >> vec4u(8u)) * 0x1p-24;
+}
+
 /// Four independent numbers in [0, 1).
 fn uniform4(key: RandomKey, dimension: u32) -> vec4f {
-    return vec4f(random4(key, dimension) >> vec4u(8u)) * 0x1p-24;
+    return uniforms_from_words(random4(key, dimension));
 }

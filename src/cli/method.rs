@@ -47,7 +47,7 @@ impl Quality {
         match self {
             Self::Draft => Training { lessons: 2, ..normal },
             Self::Normal => normal,
-            Self::High => Training { lessons: 7, least_gain: 0.0, ..normal },
+            Self::High => normal.with_lessons(7),
         }
     }
 }
@@ -85,6 +85,10 @@ pub struct MethodArgs {
 }
 
 impl MethodArgs {
+    fn connections(&self) -> u32 {
+        self.connections.unwrap_or(self.quality.connections())
+    }
+
     /// The method with its settings.
     ///
     /// # Errors
@@ -110,9 +114,9 @@ impl MethodArgs {
             return refuse("--light-tracing", "bdpt, lvcbpt and spcbpt");
         }
         if light_paths == Some(0) {
-            return Err(InputError::Usage("--light-paths takes at least 1 light path an iteration".into()));
+            return Err(InputError::Usage("--light-paths takes at least 1 light path a sample".into()));
         }
-        let connections = self.connections.unwrap_or(self.quality.connections());
+        let connections = self.connections();
         if !(1..=MAX_CONNECTIONS).contains(&connections) {
             return Err(InputError::Usage(format!("--connections takes 1 to {MAX_CONNECTIONS}")));
         }
@@ -148,11 +152,9 @@ impl MethodArgs {
         }
         training.paths = self.train_paths;
         training.settings.subspaces = self.subspaces;
-        training.settings.connections = self.connections.unwrap_or(self.quality.connections());
+        training.settings.connections = self.connections();
         if let Some(lessons) = self.lessons {
-            // All of them: that is what was asked for.
-            training.lessons = lessons;
-            training.least_gain = 0.0;
+            training = training.with_lessons(lessons);
         }
         training.settings.check().map_err(|error| InputError::Usage(error.to_string()))?;
         Ok(training)

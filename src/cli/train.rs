@@ -92,11 +92,11 @@ impl TrainArgs {
             ..Settings::default()
         };
         settings.check()?;
-        let mut training = Training { paths: self.train_paths, settings, ..Training::default() };
-        if let Some(lessons) = self.lessons {
-            (training.lessons, training.least_gain) = (lessons, 0.0);
-        }
-        Ok(training)
+        let training = Training { paths: self.train_paths, settings, ..Training::default() };
+        Ok(match self.lessons {
+            Some(lessons) => training.with_lessons(lessons),
+            None => training,
+        })
     }
 }
 

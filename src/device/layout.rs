@@ -70,7 +70,7 @@ device_struct! {
 
 /// In the place of a strategy's number of vertices: all strategies.
 pub const EVERY_STRATEGY: u32 = u32::MAX;
-/// `shaders/bind/batch.wgsl`
+/// Samples of a pixel that belong together, counted from the first.
 pub const SAMPLES_A_GROUP: u32 = 8;
 
 device_struct! {
@@ -234,7 +234,7 @@ device_struct! {
 }
 
 device_struct! {
-    /// A vertex of the light cache where all surfaces are flat and scatter by Lambert's law.
+    /// A vertex of the light cache where all surfaces scatter by Lambert's law alone.
     pub struct LambertVertex {
         pub weight: [f32; 3],
         pub index: u32,

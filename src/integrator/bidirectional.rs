@@ -1,9 +1,9 @@
 //! Bidirectional path tracing, its variant with a light vertex cache, and light tracing: one light stage and one eye
 //! stage for all of them. They differ in how many light paths there are and in which vertices are connected.
 //!
-//! An iteration is a sample of every pixel, or a few that share their light paths. First its light paths: each vertex is connected to the camera (t = 1),
-//! where that is wanted, and stored in the light cache. Then the eye paths: at every vertex first the connections to
-//! the cache, then the light that is met by chance, then the next ray.
+//! An iteration is a sample of every pixel, or a few that share their light paths. First its light paths: each vertex is
+//! connected to the camera (t = 1), where that is wanted, and stored in the light cache. Then the eye paths: at every
+//! vertex first the connections to the cache, then the light that is met by chance, then the next ray.
 
 use crate::device::layout::{Batch, Camera, Counts};
 use crate::device::scene::DeviceScene;

@@ -46,6 +46,11 @@ pub struct Training {
 }
 
 impl Training {
+    /// So many lessons, whatever they are worth.
+    pub fn with_lessons(self, lessons: u32) -> Self {
+        Self { lessons, least_gain: 0.0, ..self }
+    }
+
     /// Share of the render that `paths` more camera paths would take, at `pace` of time each.
     pub(super) fn share_of_render(&self, paths: u64, pace: Duration) -> f64 {
         let by_paths = self.render_paths.map(|all| COST_OF_A_PATH * paths as f64 / all as f64);

@@ -13,6 +13,7 @@ pub const MOST_SUBSPACES: u32 = 4000;
 const NODES_A_PAIR: f64 = 5.0;
 /// Most of them then: twice as many hardly lower the loss, however much there is to learn from, and cost time.
 pub const MOST_FOLLOWED: u32 = 300;
+
 /// How Gamma is improved from the contribution matrix on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]

@@ -180,7 +180,7 @@ fn lessons_end_for_a_reason() {
         let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();
         (choice, report.lesson_losses)
     };
-    let told = Training { lessons: 3, least_gain: 0.0, ..Training::default() };
+    let told = Training::default().with_lessons(3);
     let (choice, losses) = lessons(told, 64);
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // Nobody knows what the last was worth. The others helped.
