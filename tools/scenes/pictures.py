@@ -1,4 +1,4 @@
-"""Textures for the demo scene, as (height, width, 3) arrays in [0, 1], sRGB unless said otherwise."""
+"""Textures for our scenes, as (height, width, 3) arrays in [0, 1], sRGB unless said otherwise."""
 
 import struct
 import zlib

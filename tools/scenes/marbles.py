@@ -3,7 +3,7 @@
 
 Everything is made here, shapes and pictures alike; needs Python 3.9 and NumPy. The same NumPy gives the same file.
 
-    python3 tools/marbles/make.py [OUT.glb]
+    python3 tools/scenes/marbles.py [OUT.glb]
 """
 
 import sys

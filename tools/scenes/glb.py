@@ -14,7 +14,7 @@ ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 class Glb:
     def __init__(self, name, author_note, resolution):
         self.json = dict(
-            asset=dict(version="2.0", generator="tools/marbles", copyright=author_note),
+            asset=dict(version="2.0", generator="tools/scenes", copyright=author_note),
             scene=0, scenes=[dict(name=name, nodes=[])], nodes=[], meshes=[], materials=[], accessors=[],
             bufferViews=[], buffers=[], images=[], textures=[], cameras=[],
             samplers=[dict(magFilter=9729, minFilter=9729, wrapS=10497, wrapT=10497)],

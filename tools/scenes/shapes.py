@@ -1,4 +1,4 @@
-"""Meshes for the demo scene. A mesh is a dict: positions (n,3), triangles (m,3), normals (n,3) or None for flat
+"""Meshes for our scenes. A mesh is a dict: positions (n,3), triangles (m,3), normals (n,3) or None for flat
 shading, uvs (n,2) or None; sometimes tangents (n,4). Lengths in metres, +y up, fronts counter-clockwise."""
 
 import numpy as np
