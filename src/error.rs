@@ -96,6 +96,8 @@ pub enum DeviceError {
     CutsLoops { device: String, counts: Vec<u32>, expected: Vec<u32> },
     #[error("no shader file '{name}'; this is a defect of Halfway, please report it")]
     UnknownShader { name: String },
+    #[error("learning beside the render failed: {message}; try --learn first")]
+    Thread { message: String },
     #[error("{location}: {message}")]
     Shader { location: String, message: String },
     #[error("the driver refuses the kernel {kernel}: {message}")]

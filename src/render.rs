@@ -1,6 +1,7 @@
 //! The budget loop: rounds of samples until the first limit of samples, time or error is met.
 
 pub mod efficiency;
+mod meanwhile;
 mod prepared;
 
 use std::sync::Arc;
@@ -9,11 +10,13 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::device::Context;
-use crate::device::layout::{FilmPixel, FirstHitPixel};
+use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Layer, Picture};
-use crate::integrator::{Choice, FirstSubspaces, Integrator, Method, RayCounts, Region, Strategy, Training};
+use crate::integrator::{
+    Choice, FirstSubspaces, Integrator, Method, Online, RayCounts, Region, Strategy, Training,
+};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
 
@@ -128,6 +131,8 @@ pub struct Report {
     pub training: Option<TrainingReport>,
     /// The loss after each lesson over that before it, as far as it is known.
     pub lesson_losses: Vec<f64>,
+    /// Samples a pixel that were there when a lesson came, where learning goes on while rendering.
+    pub lesson_samples: Vec<u32>,
     /// What nobody asked for, and why it is so.
     pub choices: Vec<Choice>,
     /// Bytes by buffer.
@@ -144,6 +149,9 @@ pub struct Renderer<'a> {
     integrator: Box<dyn Integrator>,
     options: RenderOptions,
     sums: FilmSums,
+    learning: Option<Online>,
+    /// Samples before which no lesson is heard.
+    next_lesson: u32,
     first_hits: Vec<FirstHitPixel>,
     samples: u32,
     elapsed: Duration,
@@ -163,7 +171,8 @@ impl<'a> Renderer<'a> {
         Prepared::new(context, scene, options)?.renderer()
     }
 
-    /// Starts anew with another seed, and with one strategy of a bidirectional method alone (or all of them).
+    /// Starts anew with another seed, and with one strategy of a bidirectional method alone (or all of them). Learning
+    /// ends where it is.
     ///
     /// # Errors
     /// A lost device.
@@ -171,6 +180,8 @@ impl<'a> Renderer<'a> {
         self.integrator.wavefront_mut().choose(seed, strategy);
         self.integrator.wavefront_mut().reset(self.context)?;
         self.sums = FilmSums::new(self.sums.width, self.sums.height);
+        self.learning = None;
+        self.next_lesson = 0;
         self.samples = 0;
         self.elapsed = Duration::ZERO;
         Ok(())
@@ -195,7 +206,9 @@ impl<'a> Renderer<'a> {
             if budget.samples.is_some_and(|samples| self.samples >= samples) {
                 break Stop::Samples;
             }
-            let to_flush = SAMPLES_A_FLUSH - self.samples % SAMPLES_A_FLUSH;
+            // Lessons come between groups.
+            let unit = if self.learning.is_some() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
+            let to_flush = unit - self.samples % unit;
             let to_end = budget.samples.map_or(u32::MAX, |samples| samples - self.samples);
             let samples = round.min(to_flush).min(to_end);
             let rest = (self.samples + samples) % at_once;
@@ -205,9 +218,10 @@ impl<'a> Renderer<'a> {
             self.context.wait()?;
             self.samples += samples;
             self.elapsed = before + start.elapsed();
+            self.hear()?;
             if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
                 let taken = self.integrator.wavefront().take_film(self.context)?;
-                self.sums.add(taken.iter().map(pixel_sums), 1.0);
+                self.sums.add(taken.iter().map(pixel_sums));
             }
             let error = self.current_sums()?.estimated_error();
             let progress = Progress { samples: self.samples, elapsed: self.elapsed, estimated_error: error };
@@ -238,7 +252,7 @@ impl<'a> Renderer<'a> {
     fn current_sums(&self) -> Result<FilmSums, RenderError> {
         let mut sums = self.sums.clone();
         if !self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-            sums.add(self.integrator.wavefront().film(self.context)?.iter().map(pixel_sums), 1.0);
+            sums.add(self.integrator.wavefront().film(self.context)?.iter().map(pixel_sums));
         }
         Ok(sums)
     }
@@ -278,6 +292,10 @@ impl<'a> Renderer<'a> {
         report.non_finite = sums.non_finite() + report.rays.non_finite_vertices;
         report.kernels = wavefront.kernel_times();
         report.memory = wavefront.buffers.sizes();
+        if self.learning.is_some() {
+            let reason = "the render ended before learning did";
+            report.choices.push(Choice::new("lessons", report.lesson_samples.len(), reason));
+        }
         Ok(report)
     }
 
@@ -314,7 +332,6 @@ pub fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
         count: u64::from(pixel.count),
         groups: u64::from(pixel.open_groups >> 8),
         non_finite: u64::from(pixel.non_finite),
-        weight: f64::from(pixel.count),
     };
     sums.add_group(pixel.open.map(f64::from), u64::from(pixel.open_groups & 0xff));
     sums

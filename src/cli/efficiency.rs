@@ -15,7 +15,7 @@ use super::method::{IntegratorName, MethodArgs};
 use crate::device::{Context, DeviceChoice};
 use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, exr};
-use crate::integrator::{Method, Training};
+use crate::integrator::{Method, Training, When};
 use crate::math::date::date;
 use crate::render::efficiency::{Run, Summary, Work, measure, summary};
 use crate::render::{Budget, RenderOptions, Renderer, Report};
@@ -139,6 +139,8 @@ fn parse_integrators(list: &str) -> Result<Vec<Candidate>, InputError> {
             InputError::Usage(format!("the integrator '{label}': {}", line.join(" ")))
         })?;
         let (method, training) = (parsed.method.method()?, parsed.method.training()?);
+        // Learning is once for all rounds, and not in their time.
+        let training = Training { when: training.when.or(Some(When::First)), ..training };
         Ok(Candidate { label, method, training })
     };
     labels.into_iter().map(candidate).collect()

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use super::input::InputError;
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Training};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Training, When};
 
 /// How light is transported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -31,6 +31,15 @@ pub enum Quality {
     Normal,
     /// Four connections, and up to seven lessons however little the last one taught.
     High,
+}
+
+/// When spcbpt learns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Learn {
+    /// Before the first sample: the same seed makes the same picture.
+    First,
+    /// While it renders by what it knows so far; earlier samples then weigh less.
+    Meanwhile,
 }
 
 impl Quality {
@@ -75,6 +84,9 @@ pub struct MethodArgs {
     /// was worth it).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths")]
     lessons: Option<u32>,
+    /// When spcbpt learns (default: meanwhile on a GPU that has no number of samples to reach, else first).
+    #[arg(long, value_enum, conflicts_with = "train_paths")]
+    learn: Option<Learn>,
     /// Settings for a first look, or for a last one.
     #[arg(long, value_enum, default_value_t)]
     quality: Quality,
@@ -142,6 +154,7 @@ impl MethodArgs {
                 (self.train_paths.is_some(), "--train-paths"),
                 (self.subspaces.is_some(), "--subspaces"),
                 (self.lessons.is_some(), "--lessons"),
+                (self.learn.is_some(), "--learn"),
             ] {
                 if given {
                     return Err(InputError::Usage(format!(
@@ -151,6 +164,10 @@ impl MethodArgs {
             }
         }
         training.paths = self.train_paths;
+        training.when = self.learn.map(|learn| match learn {
+            Learn::First => When::First,
+            Learn::Meanwhile => When::Meanwhile,
+        });
         training.settings.subspaces = self.subspaces;
         training.settings.connections = self.connections();
         if let Some(lessons) = self.lessons {

@@ -62,6 +62,8 @@ pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<Trained, RenderErro
         let (what, share) = match step {
             Learning::TrainingPaths(share) => ("training paths", share),
             Learning::LightPaths(share) => ("light paths", share),
+            // A lesson has just been judged, or is over.
+            Learning::Lesson(_) | Learning::Loss(_) => return interrupted(),
             Learning::Fitting => ("subspaces and Gamma", 1.0),
         };
         meter.show((share * WHOLE) as u64, format!("learning: {what}"));
@@ -74,7 +76,7 @@ pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<Trained, RenderErro
 /// Tells what was chosen for this scene, and why.
 pub fn say_choices(choices: &[Choice]) {
     for choice in choices {
-        eprintln!("chosen: {} {} ({})", choice.value, choice.what, choice.reason);
+        eprintln!("chosen: {} {} ({})", choice.what, choice.value, choice.reason);
     }
 }
 

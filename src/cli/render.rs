@@ -19,7 +19,7 @@ use super::{Exit, strategies};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
 use crate::film::{Attribute, Picture, exr, png, tev};
-use crate::integrator::{Method, Region};
+use crate::integrator::{Method, Region, When};
 use crate::render::{Budget, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
 use crate::subspace::Model;
@@ -38,7 +38,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     method: MethodArgs,
     /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
-    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces"])]
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces", "lessons", "learn"])]
     model: Option<PathBuf>,
     /// Samples a pixel (64 if no limit is given).
     #[arg(long, value_name = "N")]
@@ -126,7 +126,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     };
     let mut prepared = Prepared::new(&context, &scene, options.clone())?;
     let mut learning = Duration::ZERO;
-    if prepared.must_learn() {
+    if prepared.learns() == Some(When::First) {
         let trained = progress::learn(&mut prepared, quiet)?;
         learning = trained.tracing + trained.learning;
     }

@@ -12,7 +12,7 @@ use super::input::{
 };
 use super::progress;
 use crate::device::DeviceChoice;
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Trained, Training};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Trained, Training, When};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::{Optimiser, Settings, TrainingReport};
@@ -92,7 +92,8 @@ impl TrainArgs {
             ..Settings::default()
         };
         settings.check()?;
-        let training = Training { paths: self.train_paths, settings, ..Training::default() };
+        let when = Some(When::First);
+        let training = Training { paths: self.train_paths, settings, when, ..Training::default() };
         Ok(match self.lessons {
             Some(lessons) => training.with_lessons(lessons),
             None => training,

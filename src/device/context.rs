@@ -34,7 +34,8 @@ impl std::str::FromStr for DeviceChoice {
     }
 }
 
-/// An open device.
+/// An open device; a clone is the same one.
+#[derive(Clone)]
 pub struct Context {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,

@@ -15,8 +15,18 @@ pub struct PixelSums {
     pub count: u64,
     pub groups: u64,
     pub non_finite: u64,
-    /// Samples, times the weight that each had.
-    pub weight: f64,
+}
+
+/// A pixel's samples that were taken in another way before, each with a weight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Earlier {
+    count: u64,
+    groups: u64,
+    non_finite: u64,
+    /// Sum of the samples' weights, and of the weighted samples; the estimated variance of the latter.
+    weight: f64,
+    sum: [f64; 3],
+    variance: [f64; 3],
 }
 
 /// Sums over all samples of every pixel.
@@ -24,43 +34,72 @@ pub struct PixelSums {
 pub struct FilmSums {
     pub width: u32,
     pub height: u32,
+    /// All with weight one.
     pub pixels: Vec<PixelSums>,
+    /// Empty where all samples are alike.
+    earlier: Vec<Earlier>,
 }
 
 impl FilmSums {
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, pixels: vec![PixelSums::default(); width as usize * height as usize] }
+        let pixels = vec![PixelSums::default(); width as usize * height as usize];
+        Self { width, height, pixels, earlier: Vec::new() }
     }
 
-    /// Adds what the device has gathered, one entry a pixel, every sample with a weight that does not depend on it: the
-    /// inverse of its variance, up to a factor.
-    pub fn add(&mut self, taken: impl Iterator<Item = PixelSums>, weight: f64) {
+    /// Adds what the device has gathered, one entry a pixel.
+    pub fn add(&mut self, taken: impl Iterator<Item = PixelSums>) {
         for (pixel, taken) in self.pixels.iter_mut().zip(taken) {
             for channel in 0..3 {
-                pixel.sum[channel] += weight * taken.sum[channel];
-                pixel.sum_sq[channel] += weight * taken.sum_sq[channel];
+                pixel.sum[channel] += taken.sum[channel];
+                pixel.sum_sq[channel] += taken.sum_sq[channel];
             }
             pixel.count += taken.count;
             pixel.groups += taken.groups;
             pixel.non_finite += taken.non_finite;
-            pixel.weight += weight * taken.weight;
         }
+    }
+
+    /// What comes from now on is taken in another way, with another variance. What there is keeps the weight one, until
+    /// [`weigh_earlier`](Self::weigh_earlier) says otherwise.
+    pub fn settle(&mut self) {
+        self.earlier.resize(self.pixels.len(), Earlier::default());
+        for (earlier, pixel) in self.earlier.iter_mut().zip(&mut self.pixels) {
+            *earlier = earlier.with(pixel);
+            *pixel = PixelSums::default();
+        }
+    }
+
+    /// Samples of before the last [`settle`](Self::settle) weigh so much more from now on. For the least variance, one
+    /// of then should weigh the variance of one of now over its own; it must not depend on these samples.
+    pub fn weigh_earlier(&mut self, factor: f64) {
+        for earlier in &mut self.earlier {
+            earlier.weight *= factor;
+            earlier.sum = earlier.sum.map(|sum| factor * sum);
+            earlier.variance = earlier.variance.map(|variance| factor * factor * variance);
+        }
+    }
+
+    /// All samples of each pixel together.
+    fn totals(&self) -> impl Iterator<Item = Earlier> {
+        let none = Earlier::default();
+        self.pixels.iter().enumerate().map(move |(i, pixel)| self.earlier.get(i).unwrap_or(&none).with(pixel))
     }
 
     /// Samples left out because they were not finite.
     pub fn non_finite(&self) -> u64 {
-        self.pixels.iter().map(|pixel| pixel.non_finite).sum()
+        self.totals().map(|pixel| pixel.non_finite).sum()
     }
 
     /// Radiance, with the layers `variance` (of the mean) and `samples`. `radiance_scale` turns device units into
     /// the scene's.
     pub fn picture(&self, radiance_scale: f64) -> Picture {
+        let totals: Vec<Earlier> = self.totals().collect();
         let rgb =
-            self.pixels.iter().map(|pixel| pixel.mean().map(|mean| (mean * radiance_scale) as f32)).collect();
+            totals.iter().map(|pixel| pixel.mean().map(|mean| (mean * radiance_scale) as f32)).collect();
         let mut picture = Picture::new(self.width, self.height, rgb);
         let variance = |channel: usize| {
             let scale_sq = radiance_scale * radiance_scale;
-            self.pixels.iter().map(|pixel| (pixel.variance(channel) * scale_sq) as f32).collect()
+            totals.iter().map(|pixel| (pixel.variance_of_mean(channel) * scale_sq) as f32).collect()
         };
         picture.layers.push(Layer {
             name: "variance".into(),
@@ -70,7 +109,7 @@ impl FilmSums {
                 .map(|(i, name)| (name.to_string(), variance(i)))
                 .collect(),
         });
-        let samples = self.pixels.iter().map(|pixel| pixel.count as f32).collect();
+        let samples = totals.iter().map(|pixel| pixel.count as f32).collect();
         picture.layers.push(Layer { name: "samples".into(), channels: vec![("Y".into(), samples)] });
         picture
     }
@@ -79,10 +118,11 @@ impl FilmSums {
     /// mean as `compare` has it, were every pixel's mean normally distributed with its estimated variance. `None`
     /// before two groups of samples a pixel. Light that no sample has found yet is not in it.
     pub fn estimated_error(&self) -> Option<f64> {
-        if self.pixels.iter().any(|pixel| pixel.groups < 2) {
+        let totals: Vec<Earlier> = self.totals().collect();
+        if totals.iter().any(|pixel| pixel.groups < 2) {
             return None;
         }
-        let means: Vec<[f64; 3]> = self.pixels.iter().map(PixelSums::mean).collect();
+        let means: Vec<[f64; 3]> = totals.iter().map(Earlier::mean).collect();
         let total: f64 = means.iter().flatten().sum();
         let epsilon = 0.01 * total / (3 * means.len()) as f64;
         if epsilon <= 0.0 {
@@ -91,13 +131,12 @@ impl FilmSums {
         let mean_absolute = (2.0 / std::f64::consts::PI).sqrt();
         // The root of an estimated variance is too small on average: for n normally distributed groups by this factor.
         let root_mean = |groups: f64| 4.0 * (groups - 1.0) / (4.0 * groups - 3.0);
-        let sum: f64 = self
-            .pixels
+        let sum: f64 = totals
             .iter()
             .zip(&means)
             .flat_map(|(pixel, mean)| {
                 let unbiased = 1.0 / root_mean(pixel.groups as f64);
-                [0, 1, 2].map(|c| unbiased * pixel.variance(c).sqrt() / (mean[c] + epsilon))
+                [0, 1, 2].map(|c| unbiased * pixel.variance_of_mean(c).sqrt() / (mean[c] + epsilon))
             })
             .sum();
         Some(mean_absolute * sum / (3 * means.len()) as f64)
@@ -105,7 +144,7 @@ impl FilmSums {
 }
 
 impl PixelSums {
-    /// Adds a group of so many samples, of weight one, by their sum.
+    /// Adds a group of so many samples by their sum.
     pub fn add_group(&mut self, sum: [f64; 3], samples: u64) {
         if samples == 0 {
             return;
@@ -116,12 +155,11 @@ impl PixelSums {
         }
         self.count += samples;
         self.groups += 1;
-        self.weight += samples as f64;
     }
 
     /// Zero where there are no samples.
     pub fn mean(&self) -> [f64; 3] {
-        self.sum.map(|sum| if self.weight > 0.0 { sum / self.weight } else { 0.0 })
+        self.sum.map(|sum| if self.count > 0 { sum / self.count as f64 } else { 0.0 })
     }
 
     /// Estimated variance of the mean of a channel; infinite information is not claimed: 0 only where all groups
@@ -131,7 +169,36 @@ impl PixelSums {
             return 0.0;
         }
         let mean = self.mean()[channel];
-        let scatter = self.sum_sq[channel] / self.weight - mean * mean;
+        let scatter = self.sum_sq[channel] / self.count as f64 - mean * mean;
         (scatter / (self.groups - 1) as f64).max(0.0)
+    }
+}
+
+impl Earlier {
+    /// With samples of weight one.
+    fn with(&self, pixel: &PixelSums) -> Self {
+        let count = pixel.count as f64;
+        let variance = |channel: usize| match pixel.groups {
+            // A group alone says nothing about itself: as if the weights were right.
+            0 | 1 if self.weight > 0.0 => count * self.variance[channel] / self.weight,
+            _ => count * count * pixel.variance(channel),
+        };
+        Self {
+            count: self.count + pixel.count,
+            groups: self.groups + pixel.groups,
+            non_finite: self.non_finite + pixel.non_finite,
+            weight: self.weight + count,
+            sum: [0, 1, 2].map(|c| self.sum[c] + pixel.sum[c]),
+            variance: [0, 1, 2].map(|c| self.variance[c] + variance(c)),
+        }
+    }
+
+    /// Zero where there are no samples.
+    fn mean(&self) -> [f64; 3] {
+        self.sum.map(|sum| if self.weight > 0.0 { sum / self.weight } else { 0.0 })
+    }
+
+    fn variance_of_mean(&self, channel: usize) -> f64 {
+        if self.weight > 0.0 { self.variance[channel] / (self.weight * self.weight) } else { 0.0 }
     }
 }

@@ -173,18 +173,6 @@ impl Bidirectional {
         Ok(integrator)
     }
 
-    /// Connects by another model from now on.
-    ///
-    /// # Errors
-    /// A buffer that does not fit.
-    pub fn set_model(&mut self, context: &Context, model: &Model) -> Result<(), DeviceError> {
-        if let Some(subspaces) = &mut self.subspaces {
-            subspaces.upload(context, &mut self.wavefront, model)?;
-            self.bind(context)?;
-        }
-        Ok(())
-    }
-
     /// Makes a cache of `vertices`, and binds all that use it.
     fn make_cache(&mut self, context: &Context, vertices: u64) -> Result<(), DeviceError> {
         let cached = u64::from(self.cached_paths());
@@ -532,6 +520,14 @@ impl Integrator for Bidirectional {
 
     fn samples_at_once(&self) -> u32 {
         self.iteration
+    }
+
+    fn set_model(&mut self, context: &Context, model: &Model) -> Result<(), DeviceError> {
+        if let Some(subspaces) = &mut self.subspaces {
+            subspaces.upload(context, &mut self.wavefront, model)?;
+            self.bind(context)?;
+        }
+        Ok(())
     }
 
     fn choices(&self) -> Vec<Choice> {

@@ -4,6 +4,8 @@
 //! Nothing here is shown: samples and the picture's are independent, so that whatever is learnt, the picture is unbiased.
 
 use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
 
 use crate::device::Kernel;
 use crate::device::layout::LightFeature;
@@ -11,9 +13,9 @@ use crate::error::{DeviceError, RenderError};
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::bidirectional::{Bidirectional, Purpose};
-use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, training_batch};
+use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch};
 use super::records::{Records, light_features, light_sample};
-use super::{Choice, Method, Region, Settings};
+use super::{Choice, Integrator as _, Method, Region, Settings};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
 const PATHS_AN_ITERATION: u32 = 1 << 14;
@@ -28,56 +30,9 @@ const ENOUGH_NODES: usize = 1_500_000;
 /// As [`super::train`].
 pub(super) fn train(
     lesson: &Lesson,
-    mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
+    go_on: impl FnMut(Learning) -> Result<(), RenderError>,
 ) -> Result<Trained, RenderError> {
-    let mut course = Course::new(lesson)?;
-    course.look_for_light(lesson)?;
-    let training = lesson.training;
-    let mut losses = Vec::new();
-    let [mut iteration, mut taught] = [0, 0];
-    let reason = loop {
-        iteration += 1;
-        let found = course.find_paths(lesson, iteration)?;
-        // What the last lesson was worth is said by paths that had no part in it.
-        if let Some(before) = course.before.take() {
-            let loss =
-                1.0 / subspace::relative_loss(&before, &course.set, found).map_err(DeviceError::from)?;
-            losses.push(loss);
-            // The next lesson comes when there is twice as much to learn from.
-            let share = training.share_of_render(course.camera_paths, course.clock.pace(course.camera_paths));
-            let gain = 1.0 - loss;
-            if training.least_gain > 0.0 && gain < training.least_gain.max(share) {
-                let gained = format!("the last lowered the loss by {:.0} %", 100.0 * gain);
-                break match gain < training.least_gain {
-                    true => format!("{gained} only"),
-                    false => format!("{gained}, and another would take {:.0} % of the render", 100.0 * share),
-                };
-            }
-        }
-        let nodes = course.set.nodes().len();
-        let share = f64::from(iteration) / f64::from(iteration_of(training.lessons));
-        go_on(Learning::TrainingPaths(share.max(nodes as f64 / ENOUGH_NODES as f64).min(1.0)))?;
-        let due = iteration == iteration_of(taught + 1);
-        let end = if nodes >= ENOUGH_NODES {
-            Some("more connections would hardly teach more")
-        } else if due && taught + 1 >= training.lessons {
-            Some("as many as wanted")
-        } else {
-            None
-        };
-        if due || end.is_some() {
-            go_on(Learning::Fitting)?;
-            course.learn(lesson)?;
-            taught += 1;
-        }
-        if let Some(reason) = end {
-            break reason.to_string();
-        }
-    };
-    let mut trained = course.clock.trained(course.model, course.camera_paths);
-    trained.losses = losses;
-    trained.choices.push(Choice::new("lessons", taught, reason));
-    Ok(trained)
+    Course::begin(lesson)?.run(lesson, false, go_on)
 }
 
 /// A lesson comes when there is twice as much to learn from as for the last.
@@ -92,13 +47,13 @@ fn iteration_of(lesson: u32) -> u32 {
 /// As [`super::train`].
 pub(super) fn find_paths(lesson: &Lesson, model: &Model) -> Result<TrainingSet, RenderError> {
     let mut course = Course::new(lesson)?;
-    course.integrator.set_model(lesson.context, model)?;
+    course.integrator.set_model(&lesson.context, model)?;
     course.find_paths(lesson, 1)?;
     Ok(course.set)
 }
 
 /// What was found and learnt so far.
-struct Course {
+pub(super) struct Course {
     integrator: Bidirectional,
     samples_kernel: Kernel,
     records: Records,
@@ -106,9 +61,10 @@ struct Course {
     lights: Vec<LightSample>,
     light_paths: u32,
     camera_paths: u64,
-    model: Model,
+    pub model: Arc<Model>,
     /// The model before the last lesson, as long as nobody knows what that was worth.
-    before: Option<Model>,
+    before: Option<Arc<Model>>,
+    losses: Vec<f64>,
     clock: Clock,
 }
 
@@ -122,7 +78,7 @@ impl Course {
         let settings = Settings { method, ..settings };
         let model = Model::ignorant(lesson.sources.len(), lesson.scene_hash, training.settings.clone());
         let mut integrator =
-            Bidirectional::new(context, (*scene).clone(), camera, settings, Some(&model), Purpose::Records)?;
+            Bidirectional::new(context, scene.clone(), camera, settings, Some(&model), Purpose::Records)?;
         let samples_kernel = integrator.wavefront.compile(context, "light_samples", &[])?;
         let room = settings.region.pixels() * RECORDS_A_PATH;
         let records = Records::new(context, &mut integrator.wavefront, room)?;
@@ -139,9 +95,102 @@ impl Course {
             lights: Vec::new(),
             light_paths: 0,
             camera_paths: 0,
-            model,
+            model: Arc::new(model),
             before: None,
+            losses: Vec::new(),
             clock: Clock::new(),
+        })
+    }
+
+    /// Compiles, and knows then how much light there is.
+    ///
+    /// # Errors
+    /// As [`super::train`].
+    pub fn begin(lesson: &Lesson) -> Result<Self, RenderError> {
+        let mut course = Self::new(lesson)?;
+        course.look_for_light(lesson)?;
+        Ok(course)
+    }
+
+    /// Time since it began, compiling not counted.
+    pub fn elapsed(&self) -> Duration {
+        self.clock.elapsed()
+    }
+
+    /// All lessons. `judge_last`: find out what the last one was worth, too.
+    ///
+    /// # Errors
+    /// As [`super::train`].
+    pub fn run(
+        mut self,
+        lesson: &Lesson,
+        judge_last: bool,
+        mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
+    ) -> Result<Trained, RenderError> {
+        let training = &lesson.training;
+        let [mut iteration, mut taught] = [0, 0];
+        let reason = loop {
+            iteration += 1;
+            let found = self.find_paths(lesson, iteration)?;
+            if let Some(loss) = self.judge(found)? {
+                go_on(Learning::Loss(loss))?;
+                if let Some(reason) = self.not_worth_another(training, loss) {
+                    break reason;
+                }
+            }
+            let nodes = self.set.nodes().len();
+            let share = f64::from(iteration) / f64::from(iteration_of(training.lessons));
+            go_on(Learning::TrainingPaths(share.max(nodes as f64 / ENOUGH_NODES as f64).min(1.0)))?;
+            let due = iteration == iteration_of(taught + 1);
+            let end = if nodes >= ENOUGH_NODES {
+                Some("more connections would hardly teach more")
+            } else if due && taught + 1 >= training.lessons {
+                Some("as many as wanted")
+            } else {
+                None
+            };
+            if due || end.is_some() {
+                go_on(Learning::Fitting)?;
+                self.learn(lesson)?;
+                taught += 1;
+                go_on(Learning::Lesson(self.model.clone()))?;
+            }
+            if let Some(reason) = end {
+                break reason.to_string();
+            }
+        };
+        if judge_last && self.before.is_some() {
+            let found = self.find_paths(lesson, iteration + 1)?;
+            if let Some(loss) = self.judge(found)? {
+                go_on(Learning::Loss(loss))?;
+            }
+        }
+        let mut trained = self.clock.trained(self.model, self.camera_paths);
+        trained.losses = self.losses;
+        trained.choices.push(Choice::new("lessons", taught, reason));
+        Ok(trained)
+    }
+
+    /// What the last lesson was worth is said by paths that had no part in it; `None` if it is known.
+    fn judge(&mut self, found: Range<usize>) -> Result<Option<f64>, RenderError> {
+        let Some(before) = self.before.take() else { return Ok(None) };
+        let loss = 1.0 / subspace::relative_loss(&before, &self.set, found).map_err(DeviceError::from)?;
+        self.losses.push(loss);
+        Ok(Some(loss))
+    }
+
+    /// Why learning ends after a lesson that left this share of the loss.
+    fn not_worth_another(&self, training: &Training, loss: f64) -> Option<String> {
+        // The next lesson comes when there is twice as much to learn from.
+        let share = training.share_of_render(self.camera_paths, self.clock.pace(self.camera_paths));
+        let gain = 1.0 - loss;
+        if training.least_gain == 0.0 || gain >= training.least_gain.max(share) {
+            return None;
+        }
+        let gained = format!("the last lowered the loss by {:.0} %", 100.0 * gain);
+        Some(match gain < training.least_gain {
+            true => format!("{gained} only"),
+            false => format!("{gained}, and another would take {:.0} % of the render", 100.0 * share),
         })
     }
 
@@ -149,7 +198,7 @@ impl Course {
     fn look_for_light(&mut self, lesson: &Lesson) -> Result<(), RenderError> {
         let paths = self.integrator.wavefront.settings.region.pixels();
         let batch = training_batch(&self.integrator.wavefront, 0);
-        let counts = self.integrator.fill_cache(lesson.context, &batch, paths)?;
+        let counts = self.integrator.fill_cache(&lesson.context, &batch, paths)?;
         let features = self.cache(lesson, counts.light_vertices)?;
         self.take_lights(&features, paths);
         self.learn(lesson)?;
@@ -160,7 +209,7 @@ impl Course {
 
     /// One camera path a pixel against a cache of light paths; says which full paths that found.
     fn find_paths(&mut self, lesson: &Lesson, iteration: u32) -> Result<Range<usize>, RenderError> {
-        let context = lesson.context;
+        let context = &lesson.context;
         let first = self.set.paths().len();
         let batch = training_batch(&self.integrator.wavefront, iteration);
         let paths = self.integrator.wavefront.settings.region.pixels();
@@ -185,7 +234,7 @@ impl Course {
     }
 
     fn cache(&mut self, lesson: &Lesson, vertices: u32) -> Result<Vec<LightFeature>, DeviceError> {
-        light_features(lesson.context, &mut self.integrator.wavefront, &self.samples_kernel, vertices)
+        light_features(&lesson.context, &mut self.integrator.wavefront, &self.samples_kernel, vertices)
     }
 
     fn take_lights(&mut self, features: &[LightFeature], paths: u32) {
@@ -200,8 +249,8 @@ impl Course {
         let (set, lights, count) = (&self.set, &self.lights, u64::from(self.light_paths));
         let train = || subspace::train(set, lights, count, &lesson.sources, lesson.scene_hash, settings);
         let model = self.clock.learn(train).map_err(DeviceError::from)?;
-        self.before = Some(std::mem::replace(&mut self.model, model));
-        self.integrator.set_model(lesson.context, &self.model)?;
+        self.before = Some(std::mem::replace(&mut self.model, Arc::new(model)));
+        self.integrator.set_model(&lesson.context, &self.model)?;
         Ok(())
     }
 }

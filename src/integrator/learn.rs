@@ -43,6 +43,27 @@ pub struct Training {
     /// by less than the share of the render that the next would take is the last as well.
     pub render_paths: Option<u64>,
     pub render_time: Option<Duration>,
+    /// Before the first sample, or while the picture is rendered; `None`: as the device and the budget suggest.
+    pub when: Option<When>,
+}
+
+/// When learning takes place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// Before the first sample: the same seed makes the same picture.
+    First,
+    /// On a thread of its own while the picture is rendered by what was learnt so far. Which sample is by which lesson
+    /// is up to the clock.
+    Meanwhile,
+}
+
+impl std::fmt::Display for When {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.pad(match self {
+            Self::First => "first",
+            Self::Meanwhile => "meanwhile",
+        })
+    }
 }
 
 impl Training {
@@ -68,12 +89,13 @@ impl Default for Training {
             least_gain: 0.03,
             render_paths: None,
             render_time: None,
+            when: None,
         }
     }
 }
 
 /// How far learning is; where a share is known, of what is wanted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone)]
 pub enum Learning {
     /// Full paths for Gamma.
     TrainingPaths(f64),
@@ -81,6 +103,10 @@ pub enum Learning {
     LightPaths(f64),
     /// Trees and Gamma, on the host: asked before, not meanwhile.
     Fitting,
+    /// A lesson is over: what it taught.
+    Lesson(Arc<Model>),
+    /// The loss after the last lesson over that before it, as paths say that were found since.
+    Loss(f64),
 }
 
 /// A trained model with what it took.
@@ -98,16 +124,39 @@ pub struct Trained {
     pub choices: Vec<Choice>,
 }
 
-/// What learning has to know of a scene.
-pub(super) struct Lesson<'a> {
-    pub context: &'a Context,
-    pub scene: &'a DeviceScene,
-    pub camera: &'a Camera,
+/// What learning has to know of a scene; on the device it shares the scene's buffers.
+pub(super) struct Lesson {
+    pub context: Context,
+    pub scene: DeviceScene,
+    pub camera: Camera,
     /// Of the render to come.
     pub settings: Settings,
     pub scene_hash: u64,
-    pub training: &'a Training,
+    pub training: Training,
     pub sources: Vec<LightSourceInfo>,
+}
+
+impl Lesson {
+    /// # Errors
+    /// A lost device.
+    pub fn new(
+        context: &Context,
+        scene: &DeviceScene,
+        camera: &Camera,
+        settings: Settings,
+        scene_hash: u64,
+        training: &Training,
+    ) -> Result<Self, DeviceError> {
+        Ok(Self {
+            context: context.clone(),
+            scene: scene.clone(),
+            camera: *camera,
+            settings: Settings { strategy: None, timing: false, first_hit: false, ..settings },
+            scene_hash,
+            training: training.clone(),
+            sources: sources(context, scene)?,
+        })
+    }
 }
 
 /// Learns how to connect in a picture, until `interrupted` says so; it is asked several times a second.
@@ -123,9 +172,7 @@ pub fn train(
     training: &Training,
     mut interrupted: impl FnMut(Learning) -> bool,
 ) -> Result<Trained, RenderError> {
-    let settings = Settings { strategy: None, timing: false, first_hit: false, ..settings };
-    let sources = sources(context, scene)?;
-    let lesson = Lesson { context, scene, camera, settings, scene_hash, training, sources };
+    let lesson = Lesson::new(context, scene, camera, settings, scene_hash, training)?;
     let go_on = |step: Learning| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
     match training.paths {
         Some(paths) => pretrace::train(&lesson, paths, go_on),
@@ -145,9 +192,8 @@ pub fn find_training_paths(
     training: &Training,
     model: &Model,
 ) -> Result<TrainingSet, RenderError> {
-    let sources = sources(context, scene)?;
-    let scene_hash = model.scene_hash;
-    bootstrap::find_paths(&Lesson { context, scene, camera, settings, scene_hash, training, sources }, model)
+    let lesson = Lesson::new(context, scene, camera, settings, model.scene_hash, training)?;
+    bootstrap::find_paths(&lesson, model)
 }
 
 /// Time by purpose.
@@ -169,13 +215,17 @@ impl Clock {
         result
     }
 
-    /// Time for each of so many camera paths.
-    pub fn pace(&self, camera_paths: u64) -> Duration {
-        self.start.elapsed().div_f64(camera_paths.max(1) as f64)
+    pub fn elapsed(&self) -> Duration {
+        self.start.elapsed()
     }
 
-    pub fn trained(self, model: Model, camera_paths: u64) -> Trained {
-        let tracing = self.start.elapsed() - self.learning;
+    /// Time for each of so many camera paths.
+    pub fn pace(&self, camera_paths: u64) -> Duration {
+        self.elapsed().div_f64(camera_paths.max(1) as f64)
+    }
+
+    pub fn trained(self, model: Arc<Model>, camera_paths: u64) -> Trained {
+        let tracing = self.elapsed() - self.learning;
         let mut choices = Vec::new();
         if model.settings.subspaces.is_none() {
             let reason = format!(
@@ -184,14 +234,7 @@ impl Clock {
             );
             choices.push(Choice::new("subspaces", model.subspaces, reason));
         }
-        Trained {
-            model: Arc::new(model),
-            tracing,
-            learning: self.learning,
-            camera_paths,
-            losses: Vec::new(),
-            choices,
-        }
+        Trained { model, tracing, learning: self.learning, camera_paths, losses: Vec::new(), choices }
     }
 }
 

@@ -3,6 +3,7 @@
 mod bidirectional;
 mod bootstrap;
 mod learn;
+mod online;
 mod path;
 mod pretrace;
 pub mod ray_bench;
@@ -18,7 +19,8 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use learn::{Learning, Trained, Training, find_training_paths, train};
+pub use learn::{Learning, Trained, Training, When, find_training_paths, train};
+pub use online::{Beginning, News, Online};
 pub use wavefront::{RayCounts, Region, Wavefront};
 
 /// How light is transported.
@@ -155,6 +157,15 @@ pub trait Integrator {
     /// them.
     fn samples_at_once(&self) -> u32 {
         1
+    }
+
+    /// Connects by another model from now on, where it connects by one.
+    ///
+    /// # Errors
+    /// A buffer that does not fit.
+    fn set_model(&mut self, context: &Context, model: &Model) -> Result<(), DeviceError> {
+        let _ = (context, model);
+        Ok(())
     }
 
     /// What the integrator chose for this scene and picture.

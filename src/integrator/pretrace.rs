@@ -1,5 +1,7 @@
 //! Learning as published: full paths by path tracing, with known densities, and light paths for Q.
 
+use std::sync::Arc;
+
 use crate::device::layout::Batch;
 use crate::device::{Context, Kernel};
 use crate::error::{DeviceError, RenderError};
@@ -30,7 +32,7 @@ pub(super) fn train(
     let method = Method::LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false };
     let settings = Settings { method, ..*settings };
     let mut bidirectional =
-        Bidirectional::new(context, (*scene).clone(), camera, settings, None, Purpose::LightVertices)?;
+        Bidirectional::new(context, scene.clone(), camera, settings, None, Purpose::LightVertices)?;
     let mut pretrace = Pretrace::new(context, &mut bidirectional.wavefront)?;
     // The driver compiles at the first dispatch: that is not learning's time.
     let tiny = bidirectional.wavefront.tiny_batch();
@@ -63,7 +65,7 @@ pub(super) fn train(
     let model = clock
         .learn(|| subspace::train(&set, &lights, count, sources, *scene_hash, settings))
         .map_err(DeviceError::from)?;
-    Ok(clock.trained(model, camera_paths))
+    Ok(clock.trained(Arc::new(model), camera_paths))
 }
 
 /// Samples of every pixel, all of small pictures at a time.

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::meanwhile::SAMPLES_A_LESSON;
 use super::{Budget, FIRST_HIT_SAMPLES, RenderOptions, Renderer, Report, Stop};
 use crate::accel::Accel;
 use crate::device::Context;
@@ -10,7 +11,8 @@ use crate::device::scene::DeviceScene;
 use crate::error::RenderError;
 use crate::film::sums::FilmSums;
 use crate::integrator::{
-    Learning, Method, RayCounts, Region, Settings, Trained, Training, integrator, train,
+    Beginning, Choice, Learning, Method, RayCounts, Region, Settings, Trained, Training, When, integrator,
+    train,
 };
 use crate::scene::{Scene, SceneFeatures};
 
@@ -64,6 +66,7 @@ impl<'a> Prepared<'a> {
             preprocessing_seconds: 0.0,
             training: None,
             lesson_losses: Vec::new(),
+            lesson_samples: Vec::new(),
             choices: Vec::new(),
             estimated_error: None,
             rays: RayCounts::default(),
@@ -87,11 +90,26 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    /// The method connects by what it has learnt, there is light to learn from, and no model is there yet.
-    pub fn must_learn(&self) -> bool {
-        matches!(self.options.method, Method::SpcBpt { .. })
+    /// The method connects by what it has learnt, there is light to learn from, and no model is there yet: when that
+    /// will be made.
+    pub fn learns(&self) -> Option<When> {
+        let learns = matches!(self.options.method, Method::SpcBpt { .. })
             && self.options.model.is_none()
-            && self.scene.light_count > 0
+            && self.scene.light_count > 0;
+        learns.then(|| self.options.training.when.unwrap_or(self.suitable().0))
+    }
+
+    /// When to learn where nobody says it, and why.
+    fn suitable(&self) -> (When, &'static str) {
+        if self.options.training.paths.is_some() {
+            (When::First, "as published")
+        } else if self.options.budget.samples.is_some() {
+            (When::First, "the same seed makes the same picture")
+        } else if self.context.is_cpu() {
+            (When::First, "a software device has no time to spare while the host learns")
+        } else {
+            (When::Meanwhile, "the host learns while the device renders")
+        }
     }
 
     /// What was done so far.
@@ -117,9 +135,28 @@ impl<'a> Prepared<'a> {
         self.report.pretracing_seconds = trained.tracing.as_secs_f64();
         self.report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
         self.report.lesson_losses = trained.losses.clone();
-        self.report.choices = trained.choices.clone();
+        self.say_when(When::First);
+        self.report.choices.extend(trained.choices.clone());
         self.options.model = Some(trained.model.clone());
         Ok(trained)
+    }
+
+    /// Makes ready to learn while rendering; until there are lessons, connections choose by power.
+    fn begin_to_learn(&mut self) -> Result<Beginning, RenderError> {
+        let (training, settings) = (self.training(), self.settings);
+        let beginning =
+            Beginning::new(self.context, &self.scene, &self.camera, settings, self.scene_hash, &training)?;
+        self.report.pretracing_seconds = beginning.elapsed().as_secs_f64();
+        self.report.preprocessing_seconds = self.report.pretracing_seconds;
+        self.say_when(When::Meanwhile);
+        self.options.model = Some(beginning.model().clone());
+        Ok(beginning)
+    }
+
+    fn say_when(&mut self, when: When) {
+        if self.options.training.when.is_none() {
+            self.report.choices.push(Choice::new("learning", when, self.suitable().1));
+        }
     }
 
     /// With what is known of the render to come.
@@ -138,8 +175,13 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// As [`learn`](Self::learn), and a kernel that does not compile, a buffer that does not fit.
     pub fn renderer(mut self) -> Result<Renderer<'a>, RenderError> {
-        if self.must_learn() {
-            self.learn(|_| false)?;
+        let mut course = None;
+        match self.learns() {
+            Some(When::First) => {
+                self.learn(|_| false)?;
+            }
+            Some(When::Meanwhile) => course = Some(self.begin_to_learn()?),
+            None => {}
         }
         let Self { context, options, scene, camera, settings, length_scale, mut report, .. } = self;
         let radiance_scale = 2f64.powi(scene.radiance_exponent);
@@ -162,6 +204,8 @@ impl<'a> Prepared<'a> {
             model,
             integrator,
             sums: FilmSums::new(settings.region.width, settings.region.height),
+            learning: course.map(Beginning::start).transpose()?,
+            next_lesson: SAMPLES_A_LESSON,
             first_hits,
             samples: 0,
             elapsed: Duration::ZERO,

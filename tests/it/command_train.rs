@@ -62,17 +62,22 @@ fn choices_are_said() {
     let run = case.run(&format!("{RENDER} --lessons 2 --stats render.json"));
     run.assert(
         0,
-        &["chosen: 2 lessons (as many as wanted)", "subspaces (", "256 light paths a sample (0.25 for each"],
+        &[
+            "chosen: learning first (the same seed makes the same picture)",
+            "lessons 2 (as many as wanted)",
+            "subspaces ",
+            "light paths a sample 256 (0.25 for each",
+        ],
     );
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(case.path("render.json")).expect("a report")).expect("JSON");
-    assert_eq!(report["choices"].as_array().map(Vec::len), Some(4), "{report}");
+    assert_eq!(report["choices"].as_array().map(Vec::len), Some(5), "{report}");
     assert_eq!(report["lesson_losses"].as_array().map(Vec::len), Some(1), "{report}");
     let run = case.run(&format!("{RENDER} --quality draft --train-paths 900 --light-paths 99 --subspaces 5"));
-    run.assert(0, &["samples that share light paths ("]);
-    assert_eq!(run.said.matches("chosen: ").count(), 1, "{}", run.said);
+    run.assert(0, &["samples that share light paths 8 ("]);
+    assert_eq!(run.said.matches("chosen: ").count(), 2, "{}", run.said);
     // The number of lessons makes a render's own learning that of `train`, whatever its budget.
-    case.run("train builtin:cornell --size 32x32 --lessons 2 --seed 3").assert(0, &["chosen: 2 lessons"]);
+    case.run("train builtin:cornell --size 32x32 --lessons 2 --seed 3").assert(0, &["chosen: lessons 2"]);
     case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[]);
     case.run(&format!("{RENDER} --lessons 2 -o by-itself.exr")).assert(0, &[]);
     assert_eq!(case.picture("by-model.exr").rgb, case.picture("by-itself.exr").rgb);
@@ -91,6 +96,10 @@ fn models_that_do_not_fit_end_with_2() {
     refuse("builtin:cornell -i lvcbpt --model cornell.model", &["--model", "add --integrator spcbpt"]);
     refuse(&format!("{spcbpt} cornell.model --train-paths 9"), &["--model", "--train-paths"]);
     refuse(&format!("{spcbpt} cornell.model --subspaces 9"), &["--model", "--subspaces"]);
+    refuse(&format!("{spcbpt} cornell.model --lessons 2"), &["--model", "--lessons"]);
+    refuse(&format!("{spcbpt} cornell.model --learn first"), &["--model", "--learn"]);
+    refuse("builtin:cornell -i spcbpt --train-paths 9 --learn meanwhile", &["--train-paths", "--learn"]);
+    refuse("builtin:cornell --learn first", &["--learn", "spcbpt"]);
     refuse("builtin:door -i spcbpt --model cornell.model", &["another scene", "halfway train"]);
     refuse(&format!("{spcbpt} none.model"), &["none.model", "check that the file is there"]);
     refuse(&format!("{spcbpt} train.json"), &["train.json is no model", "halfway train"]);

@@ -43,7 +43,7 @@ fn n18_sums_of_many_samples_do_not_stall() {
     let flushed = accumulated(&radiance, SAMPLES_A_FLUSH, SAMPLES_A_FLUSH);
     let mut sums = FilmSums::new(PIXELS, 1);
     for _ in 0..SAMPLES / SAMPLES_A_FLUSH {
-        sums.add(flushed.iter().map(pixel_sums), 1.0);
+        sums.add(flushed.iter().map(pixel_sums));
     }
     let picture = sums.picture(1.0);
     for (rgb, pixel) in picture.rgb.iter().zip(&sums.pixels) {
@@ -94,23 +94,56 @@ fn variance_is_that_of_groups() {
     let radiance: Vec<[f32; 4]> =
         (0..11).flat_map(|sample| vec![[value(sample), 1.0, 0.0, 0.0]; PIXELS as usize]).collect();
     let sums = pixel_sums(&accumulated(&radiance, 11, 11)[1]);
-    assert_eq!((sums.count, sums.groups, sums.weight), (11, 2, 11.0));
+    assert_eq!((sums.count, sums.groups), (11, 2));
     let total = |samples: std::ops::Range<u32>| samples.map(|sample| f64::from(value(sample))).sum::<f64>();
     let (first, second) = (total(0..8), total(8..11));
     let mean = (first + second) / 11.0;
     let scatter = 8.0 * (first / 8.0 - mean).powi(2) + 3.0 * (second / 3.0 - mean).powi(2);
     assert!((sums.variance(0) - scatter / 11.0).abs() < 1e-12, "{} {}", sums.variance(0), scatter / 11.0);
     assert!(sums.variance(1).abs() < 1e-12);
-    // Half the weight, half the say: like half as many samples.
-    let mut weighted = FilmSums::new(1, 1);
-    weighted.add([sums].into_iter(), 1.0);
-    let other = PixelSums { sum: [2.0 * sums.sum[0], 0.0, 0.0], ..sums };
-    weighted.add([other].into_iter(), 0.5);
-    let expected = (sums.sum[0] + 0.5 * other.sum[0]) / 16.5;
-    assert!((weighted.pixels[0].mean()[0] - expected).abs() < 1e-12);
     // One group says nothing.
     let sums = pixel_sums(&accumulated(&radiance, 8, 8)[1]);
     assert_eq!((sums.groups, sums.variance(0)), (1, 0.0));
+}
+
+/// Samples of before that weigh less: what they say, and how sure that is, whether or not the weights are the best.
+#[test]
+fn earlier_samples_have_their_weight() {
+    let groups = |sums: &[f64]| {
+        let mut pixel = PixelSums::default();
+        sums.iter().for_each(|&sum| pixel.add_group([sum, 1.0, 0.0], 8));
+        pixel
+    };
+    let parts = [groups(&[40.0, 8.0, 24.0]), groups(&[12.0, 4.0]), groups(&[7.0, 9.0, 8.0, 12.0])];
+    let mut film = FilmSums::new(1, 1);
+    film.add([parts[0]].into_iter());
+    film.settle();
+    film.add([parts[1]].into_iter());
+    film.weigh_earlier(0.25);
+    film.settle();
+    film.weigh_earlier(0.5);
+    film.add([parts[2]].into_iter());
+    let weights = [0.125, 0.5, 1.0];
+    let say = |part: usize| weights[part] * parts[part].count as f64;
+    let whole: f64 = (0..3).map(say).sum();
+    let mean: f64 = (0..3).map(|part| say(part) / whole * parts[part].mean()[0]).sum();
+    let variance: f64 = (0..3).map(|part| (say(part) / whole).powi(2) * parts[part].variance(0)).sum();
+    let picture = film.picture(1.0);
+    assert!((f64::from(picture.rgb[0][0]) / mean - 1.0).abs() < 1e-6, "{} {mean}", picture.rgb[0][0]);
+    let claimed = f64::from(picture.channel("variance", "R").expect("a layer")[0]);
+    assert!((claimed / variance - 1.0).abs() < 1e-6, "{claimed} {variance}");
+    assert_eq!(picture.channel("samples", "Y").expect("a layer")[0], 72.0);
+    // A single group says nothing about itself: weights as they should be say that it scatters as the others.
+    let mut film = FilmSums::new(1, 1);
+    film.add([parts[0]].into_iter());
+    film.settle();
+    film.weigh_earlier(0.5);
+    let alone = film.picture(1.0).channel("variance", "R").expect("a layer")[0];
+    assert!((f64::from(alone) / parts[0].variance(0) - 1.0).abs() < 1e-6);
+    film.add([groups(&[16.0])].into_iter());
+    let more = film.picture(1.0).channel("variance", "R").expect("a layer")[0];
+    // 12 samples' worth before, 8 more.
+    assert!((f64::from(more / alone) - 12.0 / 20.0).abs() < 1e-6, "{more} {alone}");
 }
 
 /// The loop around it all: a wall that glows with 0.1 and reflects nothing, looked at 8192 times.

@@ -35,6 +35,7 @@ mod loader_bad;
 mod loader_materials;
 mod metamorphic;
 mod metric;
+mod online;
 mod point_sets;
 mod public_scenes;
 mod quadrature;

@@ -1,0 +1,44 @@
+//! Rendering while the method still learns.
+
+use super::{Renderer, pixel_sums};
+use crate::device::layout::SAMPLES_A_GROUP;
+use crate::error::RenderError;
+use crate::integrator::News;
+
+/// Samples by one model, at least: two groups know their variance.
+pub(super) const SAMPLES_A_LESSON: u32 = 2 * SAMPLES_A_GROUP;
+
+impl Renderer<'_> {
+    /// Hears what was learnt in the meantime. Samples weigh by the inverse of their model's loss: the variance of a
+    /// path's estimate is that loss, less the same for all models. What is known of losses is from paths that are in no
+    /// picture, so that weights do not depend on what they weigh.
+    pub(super) fn hear(&mut self) -> Result<(), RenderError> {
+        while let Some(learning) = &self.learning {
+            if self.samples < self.next_lesson || !self.samples.is_multiple_of(SAMPLES_A_GROUP) {
+                break;
+            }
+            match learning.hear()? {
+                None => break,
+                Some(News::Lesson(model)) => {
+                    let taken = self.integrator.wavefront().take_film(self.context)?;
+                    self.sums.add(taken.iter().map(pixel_sums));
+                    self.sums.settle();
+                    self.integrator.set_model(self.context, &model)?;
+                    self.report.training = Some(model.report.clone());
+                    self.report.lesson_samples.push(self.samples);
+                    self.next_lesson = self.samples + SAMPLES_A_LESSON;
+                    self.model = Some(model);
+                }
+                Some(News::Loss(loss)) => {
+                    self.sums.weigh_earlier(loss);
+                    self.report.lesson_losses.push(loss);
+                }
+                Some(News::End(trained)) => {
+                    self.report.choices.extend(trained.choices);
+                    self.learning = None;
+                }
+            }
+        }
+        Ok(())
+    }
+}
