@@ -66,13 +66,13 @@ fn path_steps(dimension: u32) -> vec4u {
     // The point of the pixel, the first two directions and the first roulette.
     switch dimension {
         case DIMENSION_CAMERA: {
-            return vec4u(KRONECKER_7[0], KRONECKER_7[1], 0u, 0u);
+            return vec4u(LATTICE_7[0], LATTICE_7[1], 0u, 0u);
         }
         case DIMENSION_BSDF: {
-            return vec4u(KRONECKER_7[2], KRONECKER_7[3], 0u, KRONECKER_7[4]);
+            return vec4u(LATTICE_7[2], LATTICE_7[3], 0u, LATTICE_7[4]);
         }
         case DIMENSION_BSDF + BOUNCE_DIMENSIONS: {
-            return vec4u(KRONECKER_7[5], KRONECKER_7[6], 0u, 0u);
+            return vec4u(LATTICE_7[5], LATTICE_7[6], 0u, 0u);
         }
         default: {
             return vec4u(0u);

@@ -1,30 +1,35 @@
 //! Samples that lie well apart: where their points are, and that nobody claims more than they give.
 
+use glam::{DVec3, Vec3};
+use halfway::device::layout::SAMPLES_A_GROUP;
 use halfway::integrator::{Method, Region};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::builtin;
+use halfway::scene::builtin::shapes::{looking_at, quad};
+use halfway::scene::{Material, Scene};
 
 use crate::gpu;
 
-/// The steps are the powers of 1 / x, x^(d + 1) = x + 1.
+/// Light paths: the powers of 1 / x, x^7 = x + 1. Groups: eight points, every number in each eighth once.
 #[test]
-fn steps_are_those_of_the_sequence() {
+fn steps_are_those_of_the_sequences() {
     let body = "fn twin(x: array<u32, 1>) -> array<u32, 13> {
         var all: array<u32, 13>;
         for (var i = 0u; i < 6u; i++) { var six = KRONECKER_6; all[i] = six[i]; }
-        for (var i = 0u; i < 7u; i++) { var seven = KRONECKER_7; all[6u + i] = seven[i]; }
+        for (var i = 0u; i < 7u; i++) { var seven = LATTICE_7; all[6u + i] = seven[i]; }
         return all;
     }";
     let [all] = gpu::map::<1, 13>(&["lib/kronecker"], body, &[[0]])[..] else { panic!("one answer") };
-    for (found, dimensions) in [(&all[..6], 6), (&all[6..], 7)] {
-        let x = (0..200).fold(1.5f64, |x, _| (1.0 + x).powf(1.0 / f64::from(dimensions + 1)));
-        for (power, &step) in (1..).zip(found) {
-            let expected = x.powi(-power).fract() * 2f64.powi(32);
-            assert!(
-                (f64::from(step) - expected).abs() <= 2.0,
-                "{power} of {dimensions}: {step:x}, {expected}"
-            );
-        }
+    let x = (0..200).fold(1.5f64, |x, _| (1.0 + x).powf(1.0 / 7.0));
+    for (power, &step) in (1..).zip(&all[..6]) {
+        let expected = x.powi(-power).fract() * 2f64.powi(32);
+        assert!((f64::from(step) - expected).abs() <= 2.0, "{power}: {step:x}, {expected}");
+    }
+    for step in &all[6..] {
+        let mut eighths: Vec<u32> =
+            (0..SAMPLES_A_GROUP).map(|point| point.wrapping_mul(*step) / (u32::MAX / 8 + 1)).collect();
+        eighths.sort_unstable();
+        assert_eq!(eighths, (0..8).collect::<Vec<_>>(), "{step:x}");
     }
 }
 
@@ -76,5 +81,30 @@ fn variance_is_honest() {
         let ratio = claimed_over_true(method, samples);
         println!("{} {samples}: {ratio:.3}", method.name());
         assert!((ratio - 1.0).abs() < 0.08, "{} {samples}: {ratio}", method.name());
+    }
+}
+
+/// Across the edge of a lamp the samples of a group scatter far less than independent ones: a pixel that it covers by a
+/// share s would have s (1 - s) for each of them.
+#[test]
+fn samples_of_a_group_lie_apart() {
+    const GROUPS: u32 = 64;
+    let lamp = Material { emission: Vec3::ONE, ..Material::lambert("lamp", Vec3::ZERO) };
+    let budget = Budget { samples: Some(GROUPS * SAMPLES_A_GROUP), ..Budget::default() };
+    let options = RenderOptions { width: 1, height: 1, max_depth: Some(1), budget, ..Default::default() };
+    // Seen from one away with 2 x 2 in sight; the lamp ends within it, on one side or across.
+    for (width, height) in [(1.3, 8.0), (8.0, 1.3), (1.3, 1.6)] {
+        let wall = quad(DVec3::new(-1.0, -1.0, 0.0), width * DVec3::X, height * DVec3::Y);
+        let cameras = vec![looking_at("camera", DVec3::Z, DVec3::ZERO, 90.0)];
+        let scene = Scene { materials: vec![lamp.clone()], meshes: vec![wall], cameras, ..Scene::default() };
+        let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");
+        renderer.run(|_| false).expect("a render");
+        let picture = renderer.picture().expect("a picture");
+        let variance = f64::from(picture.channel("variance", "R").expect("a layer")[0]);
+        let share = (width / 2.0).min(1.0) * (height / 2.0).min(1.0);
+        assert!((f64::from(picture.rgb[0][0]) - share).abs() < 0.05, "{:?} is not {share}", picture.rgb[0]);
+        let independent = share * (1.0 - share) / f64::from(GROUPS * SAMPLES_A_GROUP);
+        println!("{width} x {height}: {:.3} of independent samples", variance / independent);
+        assert!(variance < 0.5 * independent, "{width} x {height}: {variance:e}, {independent:e}");
     }
 }

@@ -223,7 +223,7 @@ fn c15_camera_rays() {
             let number = |shift: u32, step: u32| {
                 uniform_from_word(shift.wrapping_add(step.wrapping_mul(sample % SAMPLES_A_GROUP)))
             };
-            let u = [number(shift.x, 0xe95e_1dd1), number(shift.y, 0xd4bc_74e1)].map(f64::from);
+            let u = [number(shift.x, 0x2000_0000), number(shift.y, 0x6000_0000)].map(f64::from);
             let at = DVec2::new(f64::from(x) + u[0], f64::from(y) + u[1]);
             let exact = camera::ray(camera, [width, height], at);
             let origin = accel.unit.point_f64(exact.origin);
