@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halfway::device::layout::SAMPLES_A_GROUP;
+use halfway::film::metric;
 use halfway::integrator::{Method, Region};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::builtin;
@@ -106,5 +107,30 @@ fn samples_of_a_group_lie_apart() {
         let independent = share * (1.0 - share) / f64::from(GROUPS * SAMPLES_A_GROUP);
         println!("{width} x {height}: {:.3} of independent samples", variance / independent);
         assert!(variance < 0.5 * independent, "{width} x {height}: {variance:e}, {independent:e}");
+    }
+}
+
+/// The estimated error is near the true one, where light is easy to find and where most pixels have missed most of it:
+/// by each pixel's own variance it would be a quarter of the truth at 16 samples behind the door.
+#[test]
+fn estimated_error_is_near_the_true_one() {
+    for (name, samples) in [("cornell", 16), ("door", 16)] {
+        let scene = builtin(name).expect("a built-in scene");
+        let render = |method: Method, samples: u32, seed: u64| {
+            let budget = Budget { samples: Some(samples), ..Budget::default() };
+            let options =
+                RenderOptions { width: 48, height: 32, method, budget, seed, ..RenderOptions::default() };
+            let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
+            renderer.run(|_| false).expect("a render");
+            let estimate = renderer.report().expect("a report").estimated_error.expect("two groups");
+            (renderer.picture().expect("a picture"), estimate)
+        };
+        let lvc = Method::LvcBpt { light_paths: None, connections: 4, light_tracing: false };
+        let (truth, rest) = render(lvc, 256, 1);
+        let (picture, estimate) = render(Method::Path, samples, 2);
+        let error = metric::errors(&picture, &truth).expect("one size").mape;
+        println!("{name}, {samples}: estimated {estimate:.3}, true {error:.3}, of the reference {rest:.3}");
+        assert!(rest < 0.25 * error, "the reference has an error of {rest} itself");
+        assert!((0.8..1.25).contains(&(estimate / error)), "{name}, {samples}: {estimate} for {error}");
     }
 }
