@@ -208,8 +208,9 @@ def bar_handle(length, upright=True):
     return handle if upright else turned(handle, 90, (0, 0, 1))
 
 
-def cabinet(width, height, depth, columns, rows, legs=0.12, knobs=True, frame=0.05):
-    """A closed body with `columns` of doors or drawers; `rows` are shares of the height, from above. Framed fronts."""
+def cabinet(width, height, depth, columns, rows, legs=0.12, bar=0.0, frame=0.05):
+    """A closed body with `columns` of doors or drawers; `rows` are shares of the height, from above. Framed fronts
+    with knobs, or with bars of length `bar`."""
     w, gap, front = width / 2, 0.003, depth
     body = [(-w, w, legs, height, 0, depth - 0.002)]
     if legs:
@@ -229,10 +230,10 @@ def cabinet(width, height, depth, columns, rows, legs=0.12, knobs=True, frame=0.
                        (a + frame, b - frame, d - frame, d, front + 0.008, front + 0.018)]
             door = d - c > 0.3
             at = (b - frame / 2 if i % 2 == 0 else a + frame / 2, (c + d) / 2) if door else ((a + b) / 2, d - frame / 2)
-            grips.append(moved(knob(), (*at, front + 0.018)))
-    piece = dict(body=bars(*body), fronts=bars(*fronts))
-    top = dict(top=box((-w - 0.015, height, -0.0), (w + 0.015, height + 0.025, depth + 0.03)))
-    return {**piece, **top, **(dict(metal=flat(*grips)) if knobs else {})}
+            grip = flat(bar_handle(min(bar, 0.5 * (b - a)) if not door else bar, door)) if bar else knob()
+            grips.append(moved(grip, (*at, front + 0.018)))
+    return dict(body=bars(*body), fronts=bars(*fronts), metal=flat(*grips),
+                top=box((-w - 0.015, height, 0), (w + 0.015, height + 0.025, depth + 0.03)))
 
 
 def shelf(width, height, depth, boards, thick=0.022):
@@ -371,6 +372,20 @@ def pendant(drop, radius=0.2, height=0.22):
                 bulb=joined(up, down))
 
 
+def dome(drop, radius=0.18, height=0.16):
+    """Hangs `drop` from y = 0: an opaque dome, open below, its light high inside."""
+    low, high = -drop, height - drop
+    line = curve([(radius, low), (0.93 * radius, low + 0.35 * height), (0.6 * radius, low + 0.8 * height),
+                  (0.2 * radius, high)], 3)
+    inside = line[::-1] - (0.004, 0.004)
+    rod = pipe([(0, 0, 0), (0, high - 0.005, 0)], 0.004, 6)
+    cap = creased([(0.2 * radius, high - 0.01), (0.15 * radius, high + 0.04), (0, high + 0.045)], 16)
+    rose = creased([(0.0, -0.025), (0.045, -0.02), (0.05, 0.0)], 16)
+    return dict(rod=flat(rod, rose), cap=cap, shade=lathe(line, [line[-1], (0, high)], segments=40),
+                inside=lathe([(0.0, inside[0, 1]), inside[0]], inside, [inside[-1], line[0]], segments=40),
+                bulb=disc(0.4 * radius, low + 0.55 * height, 16, up=False))
+
+
 def sconce(width=0.2, height=0.14, depth=0.1):
     """A half-round shade on a wall, open above and below, about its bulb."""
     def side(scale, way):
@@ -489,3 +504,52 @@ def shoe(length=0.27):
         angle = np.pi * (1 - s)
         return wide * np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** 0.6, high * np.sin(angle) ** 0.6, z + 0 * s
     return sheet(point, 12, 16)
+
+
+def pot(radius=0.11, height=0.13, long_handle=False):
+    """A cooking pot with its lid; two ears, or one long handle towards +x."""
+    body = creased([(0, 0), (radius, 0), (radius, height), (radius + 0.004, height), (radius + 0.004, height + 0.004),
+                    (radius - 0.003, height + 0.004)], 40)
+    r = radius + 0.001
+    lid = lathe(curve([(r, height + 0.004), (0.8 * r, height + 0.016), (0.3 * r, height + 0.024), (0, height + 0.025)], 3))
+    grip = moved(lathe(curve([(0.008, 0), (0.007, 0.012), (0.02, 0.02), (0.016, 0.03), (0, 0.032)], 2), segments=16),
+                 (0, height + 0.022, 0))
+    high = 0.8 * height
+    if long_handle:
+        ears = [pipe([(radius - 0.003, high, 0), (radius + 0.05, high + 0.01, 0), (radius + 0.2, high + 0.03, 0)],
+                     (0.007, 0.008, 0.01), 10)]
+    else:
+        ears = [pipe(curve([(x * radius * 0.99, high, -0.03), (x * (radius + 0.035), high + 0.005, -0.026),
+                            (x * (radius + 0.035), high + 0.005, 0.026), (x * radius * 0.99, high, 0.03)], 3), 0.0055)
+                for x in (-1, 1)]
+    return without_uvs(body, lid, grip, *ears)
+
+
+def without_uvs(*parts):
+    return joined(*(mesh(m["positions"], m["triangles"], m["normals"]) for m in parts))
+
+
+def pan(radius=0.13):
+    """A frying pan that hangs by its handle's end at the origin, its inside towards +z."""
+    body = lathe([(0, 0), (0.8 * radius, 0)], curve([(0.8 * radius, 0), (0.92 * radius, 0.012), (radius, 0.04)], 2),
+                 [(radius, 0.04), (radius - 0.003, 0.041)],
+                 curve([(radius - 0.003, 0.041), (0.91 * radius, 0.016), (0.79 * radius, 0.004), (0.0, 0.004)], 2))
+    handle = pipe(curve([(0, 0.03, 0.98 * radius), (0, 0.05, radius + 0.06), (0, 0.045, radius + 0.19)], 3), 0.008, 8)
+    hung = turned(without_uvs(body, handle), 90)  # up becomes front, front becomes down; so the handle points down
+    return moved(turned(hung, 180, (0, 0, 1)), (0, -radius - 0.185, 0))
+
+
+def bottle(radius=0.037, height=0.3):
+    return vase([(radius, 0), (radius, 0.25 * height), (radius, 0.55 * height), (0.6 * radius, 0.7 * height),
+                 (0.36 * radius, 0.8 * height), (0.36 * radius, height)], 24, 0.004)
+
+
+def tap(height=0.28, reach=0.2):
+    """A swan-necked tap with two handles; its spout reaches out along +z."""
+    neck = curve([(0, 0, 0), (0, 0.6 * height, 0), (0, 0.92 * height, 0.25 * reach), (0, height, 0.55 * reach),
+                  (0, 0.9 * height, 0.9 * reach), (0, 0.72 * height, reach)], 4)
+    parts = [pipe(neck, 0.011, 12), creased([(0, 0.0), (0.026, 0.0), (0.024, 0.02), (0.012, 0.03)], 20)]
+    for side in (-1, 1):
+        parts += [pipe([(0, 0.04, 0), (side * 0.05, 0.045, 0)], 0.01, 10),
+                  pipe([(side * 0.05, 0.03, 0), (side * 0.055, 0.075, 0.015)], 0.009, 10)]
+    return without_uvs(*parts)
