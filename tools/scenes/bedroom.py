@@ -155,9 +155,9 @@ def lamps(glb, m):
     for i, (dx, foot) in enumerate(((-1.16, "teal"), (1.16, "clay"))):
         x = BED[0] + dx
         place(glb, f"night stand {i + 1}", stand, wear, (x, 0, 0.02))
-        place(glb, f"lamp {i + 1}", lamp, dict(foot=m[foot], shade=m["linen"], bulb=bulb), (x + 0.04 * dx, 0.545, 0.2))
+        place(glb, f"lamp {i + 1}", lamp, dict(foot=m[foot], shade=m["linen"], lining=m["white"], bulb=bulb), (x + 0.04 * dx, 0.545, 0.2))
     off = furniture.pendant(0.5, 0.26, 0.2)
-    place(glb, "ceiling lamp", off, dict(metal=m["metal"], shade=m["linen"], bulb=m["white"]), (0.0, HIGH, 2.2))
+    place(glb, "ceiling lamp", off, dict(metal=m["metal"], shade=m["linen"], lining=m["white"], bulb=m["white"]), (0.0, HIGH, 2.2))
 
 
 def furnishings(glb, m):

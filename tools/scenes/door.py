@@ -68,9 +68,9 @@ def lamps(glb, m):
         place(glb, f"uplighter {i + 1}", lamp, dict(foot=m["brass"], bowl=m["brass"], bulb=bulb), (x, 0, z))
     off = furniture.table_lamp(0.52, 0.17)
     off.pop("bulb")
-    place(glb, "table lamp", off, dict(foot=m["blue"], shade=m["shade"]), (2.36, 0.875, 0.75))
+    place(glb, "table lamp", off, dict(foot=m["blue"], shade=m["shade"], lining=m["china"]), (2.36, 0.875, 0.75))
     hanging = furniture.pendant(0.95, 0.24, 0.24)
-    place(glb, "pendant", hanging, dict(metal=m["brass"], shade=m["shade"], bulb=m["china"]), (0.0, HIGH, 2.1))
+    place(glb, "pendant", hanging, dict(metal=m["brass"], shade=m["shade"], lining=m["china"], bulb=m["china"]), (0.0, HIGH, 2.1))
 
 
 def table(glb, m):

@@ -25,9 +25,17 @@ def shell(outside, thickness, segments=32):
     return lathe(line, [line[-1], inside[0]], inside, [inside[-1], line[0]], segments=segments)
 
 
+def shade(outside, thickness=0.004, segments=32):
+    """A lamp's opaque shade, open above and below: its cloth outside, its lining within and on the rims."""
+    line = np.asarray(outside, float)
+    inside = line[::-1] - (thickness, 0)
+    return dict(shade=lathe(line, segments=segments), lining=lathe(
+        [line[-1], inside[0]], inside, [inside[-1], line[0]], segments=segments))
+
+
 def vase(profile, segments=32, thick=0.006):
     """A vessel, open above, whose outside goes through `profile` from its foot to its lip."""
-    line = curve(profile)
+    line = curve(profile, 3)
     inside = [(max(r - thick, 0.001), max(h, line[0, 1] + thick)) for r, h in line[::-1]]
     floor = (0.0, inside[-1][1])
     return lathe([(0.0, line[0, 1]), line[0]], line, [line[-1], inside[0]], [*inside, floor], segments=segments)
@@ -344,9 +352,8 @@ def table_lamp(height=0.42, radius=0.14, bulb=0.03):
     foot = curve([(0.07, 0.0), (0.072, 0.012), (0.03, 0.03), (0.022, 0.05), (0.05, 0.1), (0.058, 0.14), (0.03, 0.2),
                   (0.014, 0.23), (0.01, height - 0.1)], 3) * (1, 1)
     low, high = height - 0.17, height
-    shade = shell([(radius, low), (0.68 * radius, high)], 0.004)
     return dict(foot=lathe([(0, 0), (0.07, 0)], foot, [(0.01, height - 0.1), (0, height - 0.1)], segments=24),
-                shade=shade, bulb=moved(sphere(bulb, 1), (0, height - 0.1 + bulb, 0)))
+                **shade([(radius, low), (0.68 * radius, high)]), bulb=moved(sphere(bulb, 1), (0, height - 0.1 + bulb, 0)))
 
 
 def uplighter(height=1.75):
@@ -368,8 +375,7 @@ def pendant(drop, radius=0.2, height=0.22):
             np.array([(np.cos(a), np.sin(a)) for a in (0, 2.1, 4.2)]) * (radius - 0.002)]
     up, down = disc(0.6 * radius, middle + 0.012, 16), disc(0.6 * radius, middle - 0.012, 16, up=False)
     rim = shell([(0.6 * radius + 0.002, middle - 0.015), (0.6 * radius + 0.002, middle + 0.015)], 0.002, 16)
-    return dict(metal=flat(rod, rose, rim, *arms), shade=shell([(radius, low), (radius, high)], 0.004),
-                bulb=joined(up, down))
+    return dict(metal=flat(rod, rose, rim, *arms), **shade([(radius, low), (radius, high)]), bulb=joined(up, down))
 
 
 def dome(drop, radius=0.18, height=0.16):
@@ -445,12 +451,12 @@ def plate(radius=0.135):
     under = [(0.0, 0.0), (0.6 * radius, 0.0)], curve([(0.6 * radius, 0.0), (0.7 * radius, 0.006), (radius, 0.02)], 2)
     rim = [(radius, 0.02), (radius - 0.002, 0.023)]
     above = curve([(radius - 0.002, 0.023), (0.72 * radius, 0.011), (0.62 * radius, 0.005), (0.0, 0.005)], 2)
-    return lathe(*under, rim, above, segments=40)
+    return lathe(*under, rim, above, segments=32)
 
 
 def bowl(radius=0.08, height=0.055):
     return vase([(0.4 * radius, 0.0), (0.75 * radius, 0.25 * height), (0.95 * radius, 0.65 * height), (radius, height)],
-                thick=0.004)
+                28, 0.004)
 
 
 def mug(radius=0.04, height=0.09):
@@ -553,3 +559,51 @@ def tap(height=0.28, reach=0.2):
         parts += [pipe([(0, 0.04, 0), (side * 0.05, 0.045, 0)], 0.01, 10),
                   pipe([(side * 0.05, 0.03, 0), (side * 0.055, 0.075, 0.015)], 0.009, 10)]
     return without_uvs(*parts)
+
+
+def wine_glass(height=0.215, radius=0.042):
+    """A goblet, one closed surface of glass: foot, stem, bowl and the bowl's inside; and wine, a hair's breadth off the
+    glass."""
+    outside = curve([(0.036, 0.0015), (0.02, 0.004), (0.006, 0.012), (0.0045, 0.04), (0.005, 0.4 * height),
+                     (0.014, 0.45 * height), (radius, 0.62 * height), (1.02 * radius, 0.76 * height),
+                     (0.84 * radius, height)], 3)
+    inside = curve([(0.84 * radius - 0.0016, height), (1.02 * radius - 0.0017, 0.76 * height),
+                    (radius - 0.0019, 0.63 * height), (0.013, 0.468 * height), (0.0, 0.455 * height)], 3)
+    wine = [(r - 0.0008, h + 0.0008) for r, h in inside[::-1] if r > 0.001 and h < 0.68 * height]
+    glass = lathe([(0, 0), (0.036, 0)], [(0.036, 0), (0.036, 0.0015)], outside, [outside[-1], inside[0]], inside, segments=28)
+    return dict(glass=glass, wine=lathe([(0.0, wine[0][1]), wine[0]], wine, [wine[-1], (0.0, wine[-1][1])], segments=28))
+
+
+def tumbler(radius=0.036, height=0.1):
+    """A plain drinking glass with a thick bottom."""
+    return lathe([(0, 0), (0.82 * radius, 0)], [(0.82 * radius, 0), (radius, height)],
+                 [(radius, height), (radius - 0.002, height)], [(radius - 0.002, height), (0.82 * radius - 0.002, 0.01)],
+                 [(0.82 * radius - 0.002, 0.01), (0, 0.01)], segments=28)
+
+
+def cutlery():
+    """A fork, a knife and a spoon about their middles, their handles towards +z."""
+    handle = lambda a: rounded((-a, 0.001, 0.0), (a, 0.0045, 0.105), 0.0015)
+    neck = rounded((-0.0028, 0.001, -0.03), (0.0028, 0.0045, 0.002), 0.0015)
+    fork = [handle(0.006), neck, prism([(-0.003, -0.03), (0.003, -0.03), (0.012, -0.045), (-0.012, -0.045)], 0.002, 0.0045),
+            *(rounded((x - 0.0017, 0.002, -0.1), (x + 0.0017, 0.0045, -0.044), 0.001) for x in (-0.0102, -0.0034, 0.0034,
+                                                                                             0.0102))]
+    blade = prism([(-0.008, 0.01), (0.009, 0.01), (0.011, -0.07), (0.004, -0.11), (-0.008, -0.12)], 0.001, 0.0028)
+    ball = sphere(1.0, 2)
+    bowl_ = mesh(ball["positions"] * (0.02, 0.004, 0.03) + (0, 0.006, -0.058), ball["triangles"])
+    return flat(*fork), flat(handle(0.008), blade), flat(handle(0.006), neck, bowl_)
+
+
+def candlestick(height=0.26):
+    """A turned stick, and a candle in it."""
+    line = curve([(0.05, 0), (0.048, 0.012), (0.014, 0.03), (0.01, 0.06), (0.02, 0.08), (0.009, 0.1), (0.011, 0.8 * height),
+                  (0.024, 0.9 * height), (0.016, height)], 3)
+    candle = creased([(0.011, height), (0.0105, height + 0.19), (0.006, height + 0.196), (0, height + 0.19)], 16)
+    return dict(stick=lathe([(0, 0), line[0]], line, [line[-1], (0, height)], segments=24), candle=candle)
+
+
+def napkin():
+    """A folded cloth, a little lifted."""
+    def point(s, t):
+        return 0.11 * (s - 0.5), 0.005 + 0.006 * np.sin(np.pi * s) + 0.002 * np.sin(9 * t + 4 * s), 0.2 * (t - 0.5)
+    return joined(sheet(point, 8, 8), box((-0.054, 0, -0.099), (0.054, 0.0045, 0.099)))

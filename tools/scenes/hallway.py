@@ -26,7 +26,7 @@ RIGHT = dict(near=(0.1, 1.0), closed=(-3.9, -3.0), open=(-7.1, -6.2), last=(-10.
 def materials(glb):
     boards = glb.texture("boards", pictures.boards(320, 7, (0.62, 0.43, 0.27), (0.44, 0.28, 0.15), 8))
     runner = pictures.carpet(96, 384, (0.62, 0.2, 0.15), (0.2, 0.25, 0.38), (0.86, 0.74, 0.5), 14)
-    paper = pictures.few(pictures.blend([0.8, 0.82, 0.74], [0.7, 0.74, 0.63], wallpaper(96)))
+    paper = pictures.wallpaper(96, [0.8, 0.82, 0.74], [0.7, 0.74, 0.63])
     m = dict(floor=matte(glb, "floor", textures=boards), runner=matte(
         glb, "runner", textures=glb.texture("runner", runner)), paper=matte(
             glb, "wallpaper", textures=glb.texture("wallpaper", paper)))
@@ -38,15 +38,6 @@ def materials(glb):
         m[name] = matte(glb, name, color)
     m["leaves"] = matte(glb, "leaves", (0.16, 0.36, 0.12), doubleSided=True)
     return m
-
-
-def wallpaper(size):
-    """How strong the pattern is: stripes, and between them small sprigs."""
-    x, y = pictures.plane(size, size)
-    stripe = (np.abs(x * 4 % 1 - 0.5) < 0.06).astype(float)
-    u, v = x * 4 % 1, (y * 4 + 0.5 * ((x * 4).astype(int) % 2)) % 1
-    petal = np.hypot(np.abs(u - np.round(u)) - 0.07, (v - 0.5) * 0.6) < 0.07
-    return np.clip(stripe + 0.8 * petal, 0, 1)
 
 
 def house(glb, m):
@@ -111,7 +102,7 @@ def lamps(glb, m):
           (-out - 0.1, 1.75, LEFT["niche"][1]), 180)
     off = furniture.pendant(0.45, 0.17, 0.17)
     for i, z in enumerate((-2.6, -6.6, -10.4)):
-        place(glb, f"lamp that is off {i + 1}", off, dict(metal=m["brass"], shade=m["camel"], bulb=m["china"]), (0, HIGH, z))
+        place(glb, f"lamp that is off {i + 1}", off, dict(metal=m["brass"], shade=m["camel"], lining=m["china"], bulb=m["china"]), (0, HIGH, z))
 
 
 def furnishings(glb, m):

@@ -244,3 +244,23 @@ def botanical(width, height, seed, ink=(0.16, 0.3, 0.2)):
         tone = np.asarray(ink) * (0.9 + 0.5 * rng.random())
         picture = blend(picture, tone, (1 - smooth(0, leaf, 0.01)) * inside)
     return few(picture, 60)
+
+
+def wallpaper(size, ground, figure):
+    """Stripes, and between them sprigs that step from row to row."""
+    x, y = plane(size, size)
+    stripe = (np.abs(x * 4 % 1 - 0.5) < 0.06).astype(float)
+    u, v = x * 4 % 1, (y * 4 + 0.5 * ((x * 4).astype(int) % 2)) % 1
+    petal = np.hypot(np.abs(u - np.round(u)) - 0.07, (v - 0.5) * 0.6) < 0.07
+    return few(blend(ground, figure, np.clip(stripe + 0.8 * petal, 0, 1)))
+
+
+def runner(width, height, ground, stripe):
+    """A table runner's cloth: stripes along its sides, darned with small crosses."""
+    x, y = plane(width, height)
+    edge = np.minimum(y, 1 - y)
+    lines = ((np.abs(edge - 0.12) < 0.03) | (np.abs(edge - 0.22) < 0.012)).astype(float)
+    u, v = np.abs(x * 24 % 1 - 0.5), np.abs((y - 0.5) * height / width * 24)
+    cross = (np.minimum(u, v) < 0.1) & (np.maximum(u, v) < 0.3)
+    threads = 1 - 0.05 * ((np.arange(height)[:, None] + np.arange(width)[None]) % 2)
+    return few(blend(ground, stripe, np.clip(lines + cross, 0, 1)) * threads[..., None], 60)
