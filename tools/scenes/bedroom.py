@@ -19,7 +19,7 @@ RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.3, 2.2, 0.0, 4.3, 2.6
 WINDOWS = ((0.55, 1.75), (2.15, 3.35))  # in the left wall, by z
 SILL, LINTEL = 0.85, 2.2
-BED = (0.25, 1.62, 2.05)  # its middle's x, its width and length; the head is at the back wall
+BED = (-0.25, 1.62, 2.05)  # its middle's x, its width and length; the head is at the back wall
 
 
 def materials(glb):
@@ -83,7 +83,7 @@ def windows(glb, m):
     glb.add("rod holders", holders, m["walnut"])
 
     sky = lit(glb, "sky", 26, color=(0.62, 0.8, 1.0))
-    glb.add("sky", shapes.quad((LEFT - 5, 0.3, 9), (0, 0, -14), (0, 8, 0)), sky)
+    glb.add("sky", shapes.quad((LEFT - 5, -0.2, 9), (0, 0, -14), (0, 8, 0)), sky)
     glb.add("ground", shapes.box((LEFT - 5, -0.3, -5), (LEFT - 0.25, -0.1, 9)), m["sage"])
     sun = lit(glb, "sun", 4000, color=(1.0, 0.82, 0.6))
     glb.add("sun", shapes.quad((LEFT - 3.9, 3.6, 4.9), (0, 0, -0.5), (0.2, 0.4, 0)), sun)
@@ -106,7 +106,7 @@ def duvet(width, length, thick, seed, turn_down=0.0):
         x = np.clip(a, -width / 2, width / 2) + np.sign(a) * np.minimum(side, 0.06) + np.sign(a) * flop * (side > 0)
         z = np.minimum(b, length) + np.minimum(foot, 0.06) + flop * (foot > 0)
         round_ = thick * np.minimum(1, np.minimum(t * 14, 1.0)) ** 0.5
-        y = round_ + fold + ridge - np.maximum(side - 0.03, 0) * 1.15 - np.maximum(foot - 0.03, 0) * 1.15
+        y = round_ + fold + ridge - 1.15 * np.maximum(np.maximum(side, foot) - 0.03, 0)
         hanging = np.clip((side + foot) / 0.1, 0, 1)
         return x, np.maximum(y, 0.004) * (1 - hanging) + y * hanging, z
     return shapes.sheet(point, 64, 60)
@@ -126,7 +126,7 @@ def bed(glb, m):
     glb.add("headboard", shapes.flat(*posts, *slats, *rails), m["walnut"], (x, 0, 0))
     glb.add("mattress", shapes.rounded((-w, 0.28, z), (w, top, z + long_), 0.05, 2), m["linen"], (x, 0, 0))
     glb.add("duvet", duvet(wide, long_ - 0.62, 0.075, 3), m["duvet"], (x, top, z + 0.6))
-    glb.add("throw", throw(wide), m["throw"], (x, top + 0.09, z + long_ - 0.62))
+    glb.add("throw", throw(wide), m["throw"], (x, top + 0.118, z + long_ - 0.62))
     big, small = furniture.pillow(0.72, 0.48, 0.17), furniture.pillow(0.44, 0.44, 0.16)
     lean = lambda pillow, angle: shapes.turned(pillow, angle)
     for i, (dx, y, dz, turn, angle, mesh, color) in enumerate((
@@ -142,7 +142,8 @@ def throw(wide):
         a, b = (2 * s - 1) * (wide / 2 + 0.3), (t - 0.5) * 0.55
         over = np.maximum(np.abs(a) - wide / 2, 0)
         fold = 0.012 * np.sin(9 * a + 3 * b) + 0.01 * np.sin(21 * b + 4 * a)
-        x = np.clip(a, -wide / 2, wide / 2) + np.sign(a) * (np.minimum(over, 0.11) + 0.012 * np.sin(30 * b) * (over > 0))
+        x = np.clip(a, -wide / 2, wide / 2) + np.sign(a) * (
+            np.minimum(over, 0.11) + 0.012 * np.sin(30 * b) * (over > 0))
         return x, 0.035 + fold - np.maximum(over - 0.06, 0) * 1.2, b + 0.1 * a + 0.03 * np.sin(4 * a)
     return shapes.sheet(point, 54, 22, (4, 1))
 
@@ -155,9 +156,11 @@ def lamps(glb, m):
     for i, (dx, foot) in enumerate(((-1.16, "teal"), (1.16, "clay"))):
         x = BED[0] + dx
         place(glb, f"night stand {i + 1}", stand, wear, (x, 0, 0.02))
-        place(glb, f"lamp {i + 1}", lamp, dict(foot=m[foot], shade=m["linen"], lining=m["white"], bulb=bulb), (x + 0.04 * dx, 0.545, 0.2))
+        place(glb, f"lamp {i + 1}", lamp, dict(foot=m[foot], shade=m["linen"], lining=m["white"], bulb=bulb),
+              (x + 0.04 * dx, 0.545, 0.2))
     off = furniture.pendant(0.5, 0.26, 0.2)
-    place(glb, "ceiling lamp", off, dict(metal=m["metal"], shade=m["linen"], lining=m["white"], bulb=m["white"]), (0.0, HIGH, 2.2))
+    place(glb, "ceiling lamp", off, dict(metal=m["metal"], shade=m["linen"], lining=m["white"], bulb=m["white"]),
+          (0.0, HIGH, 2.2))
 
 
 def furnishings(glb, m):
@@ -166,15 +169,15 @@ def furnishings(glb, m):
     rug["uvs"] = (rug["positions"][:, [0, 2]] / (2.7, 1.8) + 0.5).astype(np.float32)
     glb.add("rug", rug, m["rug"], (-0.15, 0, 2.75), -4)
     names = ("teal", "rust", "mustard", "navy", "plum", "sage", "black", "clay")
-    covers = {f"cloth {i}": m[c] for i, c in enumerate(names)} | dict(pages=m["pages"])
-    shelf, levels = furniture.shelf(1.15, 2.05, 0.3, 6)
-    place(glb, "bookcase", shelf, dict(wood=m["oak"]), (RIGHT - 0.02, 0, 1.85), -90)
+    covers = furniture.covers(m, *names)
+    shelf, levels = furniture.shelf(0.96, 2.05, 0.3, 6)
+    place(glb, "bookcase", shelf, dict(wood=m["oak"]), (1.69, 0, 0.02))
     for i, level in enumerate(levels):
-        row = furniture.books(1.1, 0.29, 0.26, rng, len(names), rng.uniform(0.55, 0.95))
-        place(glb, f"books {i + 1}", row, covers, (RIGHT - 0.03, level, 1.3), -90)
-    place(glb, "books on top", furniture.book_pile(4, rng, 8), covers, (RIGHT - 0.18, 2.05, 2.2), 80)
+        row = furniture.books(0.91, 0.29, 0.26, rng, len(names), rng.uniform(0.55, 0.95))
+        place(glb, f"books {i + 1}", row, covers, (1.235, level, 0.03))
+    place(glb, "books on top", furniture.book_pile(4, rng, 8), covers, (1.48, 2.05, 0.18), 10)
     glb.add("jar", furniture.vase([(0.06, 0), (0.1, 0.08), (0.07, 0.2), (0.05, 0.24), (0.07, 0.27)]), m["clay"],
-            (RIGHT - 0.17, 2.05, 1.6))
+            (1.9, 2.05, 0.17))
     place(glb, "night books", furniture.book_pile(3, rng, 8), covers, (BED[0] - 1.06, 0.545, 0.33), 15)
     mug = furniture.mug()
     glb.add("mug", mug, m["teal"], (BED[0] + 1.03, 0.545, 0.34), 60)
@@ -185,29 +188,30 @@ def furnishings(glb, m):
           (-1.62, 0, 2.45), 122)
     chest = furniture.cabinet(1.1, 0.85, 0.46, 2, (1, 1, 1, 1))
     place(glb, "chest", chest, dict(body=m["white"], fronts=m["white"], top=m["grain"], metal=m["metal"]),
-          (RIGHT, 0, 0.68), -90)
+          (RIGHT, 0, 1.15), -90)
     place(glb, "plant", furniture.plant(rng, 38, 0.48, (0.15, 0.3)), dict(
         pot=m["stone"], earth=m["earth"], leaves=m["leaves"]), (-1.88, 0, 0.55))
     place(glb, "small plant", furniture.plant(rng, 24, 0.2, (0.06, 0.1)), dict(
-        pot=m["clay"], earth=m["earth"], leaves=m["leaves"]), (RIGHT - 0.22, 0.875, 0.42))
-    glb.add("dish", furniture.bowl(0.08, 0.04), m["teal"], (RIGHT - 0.2, 0.875, 0.72))
+        pot=m["clay"], earth=m["earth"], leaves=m["leaves"]), (RIGHT - 0.22, 0.875, 0.82))
+    glb.add("dish", furniture.bowl(0.08, 0.04), m["teal"], (RIGHT - 0.2, 0.875, 1.2))
     shoe = furniture.shoe(0.26)
     for i, (x, z, turn) in enumerate(((-0.92, 1.72, 150), (-0.8, 1.84, 118))):
         glb.add(f"slipper {i + 1}", shoe, m["plum"], (x, 0.014 if z > 1.8 else 0.001, z), turn)
     bench = shapes.joined(shapes.rounded((-0.6, 0.36, -0.2), (0.6, 0.46, 0.2), 0.03, 2))
-    glb.add("bench", bench, m["teal"], (0.3, 0, 2.58), 3)
-    legs = furniture.bars(*((x - 0.02, x + 0.02, 0, 0.37, z - 0.02, z + 0.02) for x in (-0.52, 0.52) for z in (-0.15, 0.15)))
-    glb.add("bench legs", legs, m["walnut"], (0.3, 0, 2.58), 3)
-    place(glb, "books on the bench", furniture.book_pile(2, rng, 8), covers, (0.0, 0.46, 2.57), 30)
+    glb.add("bench", bench, m["teal"], (-0.1, 0, 2.58), 3)
+    legs = furniture.bars(*((x - 0.02, x + 0.02, 0, 0.37, z - 0.02, z + 0.02) for x in (-0.52, 0.52)
+                            for z in (-0.15, 0.15)))
+    glb.add("bench legs", legs, m["walnut"], (-0.1, 0, 2.58), 3)
+    place(glb, "books on the bench", furniture.book_pile(2, rng, 8), covers, (-0.4, 0.46, 2.59), 30)
 
 
 def hang(glb, m):
     art = ((0.75, 0.35, 0.2), (0.2, 0.35, 0.45), (0.85, 0.65, 0.3), (0.25, 0.2, 0.2))
     prints = (("coast", pictures.landscape(192, 128, 5, ((0.6, 0.72, 0.85), (0.96, 0.9, 0.8)), (0.2, 0.33, 0.38)),
                0.8, 0.56, "oak", (BED[0], 1.65, BACK), 0),
-              ("leaf", pictures.botanical(96, 128, 2), 0.34, 0.44, "black", (BED[0] - 0.78, 1.66, BACK), 0),
+              ("leaf", pictures.botanical(96, 128, 2), 0.34, 0.44, "black", (BED[0] - 0.74, 1.66, BACK), 0),
               ("twig", pictures.botanical(96, 128, 5), 0.34, 0.44, "black", (BED[0] + 0.8, 1.64, BACK), 0),
-              ("forms", pictures.abstract(96, 128, 4, art), 0.46, 0.6, "oak", (RIGHT, 1.6, 0.66), -90))
+              ("forms", pictures.abstract(96, 128, 4, art), 0.46, 0.6, "oak", (RIGHT, 1.6, 1.15), -90))
     for name, image, width, height, frame, at, turn in prints:
         wear = dict(frame=m[frame], mat=m["white"], print=matte(glb, name, textures=glb.texture(name, image)))
         place(glb, name, furniture.picture(width, height, 0.025, 0.055), wear, at, turn)
@@ -218,7 +222,7 @@ def main():
     m = materials(glb)
     for part in (house, windows, bed, lamps, furnishings, hang):
         part(glb, m)
-    glb.camera("bed", (1.5, 1.5, 4.15), (-0.35, 0.82, 0.9), 47)
+    glb.camera("bed", (1.45, 1.5, 4.15), (-0.3, 0.86, 0.9), 48)
     save(glb, "bedroom")
 
 

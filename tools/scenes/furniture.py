@@ -70,7 +70,8 @@ def door_leaf(width=0.86, height=2.03, thick=0.04):
 def door_frame(width=0.88, height=2.05, depth=0.12, casing=0.09):
     """The lining and casings of an opening from x = 0 in a wall whose front is z = 0."""
     lining, proud, back = 0.02, 0.018, -depth
-    parts = [(-0.001, lining, 0, height - lining, back, 0), (width - lining, width + 0.001, 0, height - lining, back, 0),
+    parts = [(-0.001, lining, 0, height - lining, back, 0),
+             (width - lining, width + 0.001, 0, height - lining, back, 0),
              (-0.001, width + 0.001, height - lining, height + 0.001, back, 0)]
     for front, rear in ((proud, 0.0), (back, back - proud)):
         parts += [(-casing, 0.008, 0, height + casing, rear, front),
@@ -111,11 +112,13 @@ def wainscot(length, height=0.95, openings=(), every=0.62):
     for a, b in zip(ends[::2], ends[1::2]):
         if b - a < 0.02:
             continue
-        parts += [(a, b, 0, height, -0.005, 0.012), (a, b, 0, 0.14, 0.012, 0.026), (a, b, height - 0.09, height, 0.012, 0.02),
+        parts += [(a, b, 0, height, -0.005, 0.012), (a, b, 0, 0.14, 0.012, 0.026),
+                  (a, b, height - 0.09, height, 0.012, 0.02),
                   (a, b, height, height + 0.025, -0.005, 0.04)]
         edges = np.linspace(a, b, max(1, round((b - a) / every)) + 1)
         parts += [(max(a, x - 0.045), min(b, x + 0.045), 0.14, height - 0.09, 0.012, 0.02) for x in edges]
-        parts += [(x + 0.09, y - 0.09, 0.21, height - 0.15, 0.012, 0.017) for x, y in zip(edges, edges[1:]) if y - x > 0.25]
+        parts += [(x + 0.09, y - 0.09, 0.21, height - 0.15, 0.012, 0.017)
+                  for x, y in zip(edges, edges[1:]) if y - x > 0.25]
     return bars(*parts)
 
 
@@ -249,10 +252,16 @@ def shelf(width, height, depth, boards, thick=0.022):
     w = width / 2
     levels = np.linspace(0.07, height - thick, boards + 1)
     parts = [(-w, -w + thick, 0, height, 0, depth), (w - thick, w, 0, height, 0, depth),
-             (-w + thick, w - thick, 0.0, height, 0, 0.008), (-w + thick, w - thick, 0, 0.07 - thick, 0.03, depth - 0.02)]
+             (-w + thick, w - thick, 0.0, height, 0, 0.008),
+             (-w + thick, w - thick, 0, 0.07 - thick, 0.03, depth - 0.02)]
     parts += [(-w + thick, w - thick, y - (thick if i == 0 else 0), y + (thick if i else 0), 0.008, depth - 0.002)
               for i, y in enumerate(levels)]
     return dict(wood=bars(*parts)), [y + (thick if i else 0) for i, y in enumerate(levels[:-1])]
+
+
+def covers(m, *names):
+    """What rows and piles of books wear, of a scene's materials."""
+    return {f"cloth {i}": m[name] for i, name in enumerate(names)} | dict(pages=m["pages"])
 
 
 def book(thick, height, depth):
@@ -353,7 +362,8 @@ def table_lamp(height=0.42, radius=0.14, bulb=0.03):
                   (0.014, 0.23), (0.01, height - 0.1)], 3) * (1, 1)
     low, high = height - 0.17, height
     return dict(foot=lathe([(0, 0), (0.07, 0)], foot, [(0.01, height - 0.1), (0, height - 0.1)], segments=24),
-                **shade([(radius, low), (0.68 * radius, high)]), bulb=moved(sphere(bulb, 1), (0, height - 0.1 + bulb, 0)))
+                **shade([(radius, low), (0.68 * radius, high)]),
+                bulb=moved(sphere(bulb, 1), (0, height - 0.1 + bulb, 0)))
 
 
 def uplighter(height=1.75):
@@ -402,7 +412,8 @@ def sconce(width=0.2, height=0.14, depth=0.1):
     rims = []
     for y, way in ((0.0, -1), (height, 1)):
         rims.append(sheet(lambda s, t, y=y, way=way: (
-            (1 - 0.06 * t) * -way * width / 2 * -np.cos(np.pi * s), y + 0 * s, (1 - 0.06 * t) * depth * np.sin(np.pi * s)),
+            (1 - 0.06 * t) * -way * width / 2 * -np.cos(np.pi * s), y + 0 * s,
+            (1 - 0.06 * t) * depth * np.sin(np.pi * s)),
             16, 1))
     plate = flat(box((-0.03, 0.02, 0.0), (0.03, height - 0.02, 0.02)))
     bulb = moved(sphere(0.022, 1), (0, height / 2, 0.05))
@@ -451,19 +462,20 @@ def plate(radius=0.135):
     under = [(0.0, 0.0), (0.6 * radius, 0.0)], curve([(0.6 * radius, 0.0), (0.7 * radius, 0.006), (radius, 0.02)], 2)
     rim = [(radius, 0.02), (radius - 0.002, 0.023)]
     above = curve([(radius - 0.002, 0.023), (0.72 * radius, 0.011), (0.62 * radius, 0.005), (0.0, 0.005)], 2)
-    return lathe(*under, rim, above, segments=32)
+    return lathe(*under, rim, above, segments=28)
 
 
 def bowl(radius=0.08, height=0.055):
     return vase([(0.4 * radius, 0.0), (0.75 * radius, 0.25 * height), (0.95 * radius, 0.65 * height), (radius, height)],
-                28, 0.004)
+                24, 0.004)
 
 
 def mug(radius=0.04, height=0.09):
     handle = pipe(curve([(radius - 0.004, 0.78 * height, 0), (radius + 0.022, 0.72 * height, 0),
                          (radius + 0.024, 0.4 * height, 0), (radius - 0.004, 0.25 * height, 0)], 3), 0.005, 8)
     handle["uvs"] = np.zeros((len(handle["positions"]), 2), np.float32)
-    body = creased([(0, 0), (radius, 0), (radius, height), (radius - 0.004, height), (radius - 0.004, 0.006), (0, 0.006)],
+    body = creased([(0, 0), (radius, 0), (radius, height), (radius - 0.004, height), (radius - 0.004, 0.006),
+                    (0, 0.006)],
                    28)
     return joined(body, handle)
 
@@ -517,7 +529,8 @@ def pot(radius=0.11, height=0.13, long_handle=False):
     body = creased([(0, 0), (radius, 0), (radius, height), (radius + 0.004, height), (radius + 0.004, height + 0.004),
                     (radius - 0.003, height + 0.004)], 40)
     r = radius + 0.001
-    lid = lathe(curve([(r, height + 0.004), (0.8 * r, height + 0.016), (0.3 * r, height + 0.024), (0, height + 0.025)], 3))
+    lid = lathe(curve([(r, height + 0.004), (0.8 * r, height + 0.016), (0.3 * r, height + 0.024), (0, height + 0.025)],
+                      3))
     grip = moved(lathe(curve([(0.008, 0), (0.007, 0.012), (0.02, 0.02), (0.016, 0.03), (0, 0.032)], 2), segments=16),
                  (0, height + 0.022, 0))
     high = 0.8 * height
@@ -570,14 +583,17 @@ def wine_glass(height=0.215, radius=0.042):
     inside = curve([(0.84 * radius - 0.0016, height), (1.02 * radius - 0.0017, 0.76 * height),
                     (radius - 0.0019, 0.63 * height), (0.013, 0.468 * height), (0.0, 0.455 * height)], 3)
     wine = [(r - 0.0008, h + 0.0008) for r, h in inside[::-1] if r > 0.001 and h < 0.68 * height]
-    glass = lathe([(0, 0), (0.036, 0)], [(0.036, 0), (0.036, 0.0015)], outside, [outside[-1], inside[0]], inside, segments=28)
-    return dict(glass=glass, wine=lathe([(0.0, wine[0][1]), wine[0]], wine, [wine[-1], (0.0, wine[-1][1])], segments=28))
+    glass = lathe([(0, 0), (0.036, 0)], [(0.036, 0), (0.036, 0.0015)], outside, [outside[-1], inside[0]], inside,
+                  segments=24)
+    return dict(glass=glass, wine=lathe([(0.0, wine[0][1]), wine[0]], wine, [wine[-1], (0.0, wine[-1][1])],
+                                        segments=24))
 
 
 def tumbler(radius=0.036, height=0.1):
     """A plain drinking glass with a thick bottom."""
     return lathe([(0, 0), (0.82 * radius, 0)], [(0.82 * radius, 0), (radius, height)],
-                 [(radius, height), (radius - 0.002, height)], [(radius - 0.002, height), (0.82 * radius - 0.002, 0.01)],
+                 [(radius, height), (radius - 0.002, height)],
+                 [(radius - 0.002, height), (0.82 * radius - 0.002, 0.01)],
                  [(0.82 * radius - 0.002, 0.01), (0, 0.01)], segments=28)
 
 
@@ -585,9 +601,10 @@ def cutlery():
     """A fork, a knife and a spoon about their middles, their handles towards +z."""
     handle = lambda a: rounded((-a, 0.001, 0.0), (a, 0.0045, 0.105), 0.0015)
     neck = rounded((-0.0028, 0.001, -0.03), (0.0028, 0.0045, 0.002), 0.0015)
-    fork = [handle(0.006), neck, prism([(-0.003, -0.03), (0.003, -0.03), (0.012, -0.045), (-0.012, -0.045)], 0.002, 0.0045),
-            *(rounded((x - 0.0017, 0.002, -0.1), (x + 0.0017, 0.0045, -0.044), 0.001) for x in (-0.0102, -0.0034, 0.0034,
-                                                                                             0.0102))]
+    fork = [handle(0.006), neck, prism([(-0.003, -0.03), (0.003, -0.03), (0.012, -0.045), (-0.012, -0.045)],
+                                       0.002, 0.0045),
+            *(rounded((x - 0.0017, 0.002, -0.1), (x + 0.0017, 0.0045, -0.044), 0.001)
+              for x in (-0.0102, -0.0034, 0.0034, 0.0102))]
     blade = prism([(-0.008, 0.01), (0.009, 0.01), (0.011, -0.07), (0.004, -0.11), (-0.008, -0.12)], 0.001, 0.0028)
     ball = sphere(1.0, 2)
     bowl_ = mesh(ball["positions"] * (0.02, 0.004, 0.03) + (0, 0.006, -0.058), ball["triangles"])
@@ -596,7 +613,8 @@ def cutlery():
 
 def candlestick(height=0.26):
     """A turned stick, and a candle in it."""
-    line = curve([(0.05, 0), (0.048, 0.012), (0.014, 0.03), (0.01, 0.06), (0.02, 0.08), (0.009, 0.1), (0.011, 0.8 * height),
+    line = curve([(0.05, 0), (0.048, 0.012), (0.014, 0.03), (0.01, 0.06), (0.02, 0.08), (0.009, 0.1),
+                  (0.011, 0.8 * height),
                   (0.024, 0.9 * height), (0.016, height)], 3)
     candle = creased([(0.011, height), (0.0105, height + 0.19), (0.006, height + 0.196), (0, height + 0.19)], 16)
     return dict(stick=lathe([(0, 0), line[0]], line, [line[-1], (0, height)], segments=24), candle=candle)

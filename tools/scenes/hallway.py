@@ -34,7 +34,8 @@ def materials(glb):
             ceiling=(0.85, 0.83, 0.8), white=(0.84, 0.83, 0.79), plain=(0.8, 0.76, 0.68), cool=(0.7, 0.76, 0.8),
             wood=(0.36, 0.21, 0.11), oak=(0.5, 0.33, 0.18), brass=(0.62, 0.47, 0.2), china=(0.88, 0.87, 0.83),
             clay=(0.66, 0.3, 0.16), blue=(0.14, 0.24, 0.45), green=(0.2, 0.4, 0.28), red=(0.55, 0.12, 0.1),
-            black=(0.06, 0.06, 0.06), camel=(0.55, 0.4, 0.24), earth=(0.1, 0.07, 0.05), pages=(0.84, 0.78, 0.65)).items():
+            black=(0.06, 0.06, 0.06), camel=(0.55, 0.4, 0.24), earth=(0.1, 0.07, 0.05),
+            pages=(0.84, 0.78, 0.65)).items():
         m[name] = matte(glb, name, color)
     m["leaves"] = matte(glb, "leaves", (0.16, 0.36, 0.12), doubleSided=True)
     return m
@@ -89,7 +90,7 @@ def doors(glb, m):
 
 def lamps(glb, m):
     """One in each side room and in the niche, where the camera cannot look; all but one shine at a ceiling."""
-    warm, cool = ((1.0, 0.76, 0.48), (0.72, 0.86, 1.0))
+    warm, cool = ((1.0, 0.84, 0.62), (0.7, 0.86, 1.0))
     out, lamp = HALF + THICK, furniture.uplighter(1.7)
     for name, strength, color, at in (
             ("corner", 8000, warm, (-out - 1.5, 0, -11.45)), ("ajar", 8000, cool, (-out - 2.0, 0, -6.95)),
@@ -102,7 +103,9 @@ def lamps(glb, m):
           (-out - 0.1, 1.75, LEFT["niche"][1]), 180)
     off = furniture.pendant(0.45, 0.17, 0.17)
     for i, z in enumerate((-2.6, -6.6, -10.4)):
-        place(glb, f"lamp that is off {i + 1}", off, dict(metal=m["brass"], shade=m["camel"], lining=m["china"], bulb=m["china"]), (0, HIGH, z))
+        place(glb, f"lamp that is off {i + 1}", off, dict(
+            metal=m["brass"], shade=m["camel"], lining=m["china"], bulb=m["china"]),
+              (0, HIGH, z))
 
 
 def furnishings(glb, m):
@@ -111,7 +114,7 @@ def furnishings(glb, m):
         rug = shapes.box((-0.47, 0.0005, -(high - low) / 2), (0.47, 0.01, (high - low) / 2))
         rug["uvs"] = (rug["positions"][:, [0, 2]] / (0.94, high - low) + 0.5).astype(np.float32)
         glb.add(f"runner {i + 1}", rug, m["runner"], (0.03, 0, (low + high) / 2), turn)
-    covers = {f"cloth {i}": m[c] for i, c in enumerate(("red", "blue", "green", "oak", "black"))} | dict(pages=m["pages"])
+    covers = furniture.covers(m, "red", "blue", "green", "oak", "black")
     wood = dict(wood=m["wood"], top=m["oak"], seat=m["red"], body=m["oak"], fronts=m["oak"], metal=m["brass"])
 
     # Left: coats, shoes and umbrellas, a radiator; in the niche a telephone table.
@@ -135,12 +138,12 @@ def furnishings(glb, m):
             (-HALF - 0.34, 0.72, -4.32))
 
     # Right: a console with what people put down there, a chair, a chest; a plant and a bookcase at the end.
-    place(glb, "console", furniture.cabinet(1.05, 0.8, 0.32, 3, (1,), legs=0.55), wood, (HALF - 0.02, 0, -5.0), -90)
-    glb.add("bowl", furniture.bowl(0.13, 0.07), m["green"], (HALF - 0.2, 0.825, -4.75))
+    place(glb, "console", furniture.cabinet(1.05, 0.8, 0.32, 3, (1,), legs=0.55), wood, (HALF - 0.02, 0, -2.1), -90)
+    glb.add("bowl", furniture.bowl(0.13, 0.07), m["green"], (HALF - 0.2, 0.825, -1.78))
     glb.add("vase", furniture.vase([(0.045, 0), (0.09, 0.1), (0.05, 0.22), (0.03, 0.3), (0.045, 0.35)]), m["clay"],
-            (HALF - 0.19, 0.825, -5.35))
-    place(glb, "post", furniture.book_pile(3, rng, 5), covers, (HALF - 0.2, 0.825, -5.05), 40)
-    place(glb, "chair", furniture.chair(), wood, (HALF - 0.36, 0, -8.35), -82)
+            (HALF - 0.19, 0.825, -2.42))
+    place(glb, "post", furniture.book_pile(3, rng, 5), covers, (HALF - 0.2, 0.825, -2.1), 40)
+    place(glb, "chair", furniture.chair(), wood, (HALF - 0.36, 0, -4.75), -82)
     place(glb, "plant", furniture.plant(rng, 36, 0.5, (0.16, 0.32)), dict(
         pot=m["clay"], earth=m["earth"], leaves=m["leaves"]), (0.6, 0, -12.15))
     shelf, levels = furniture.shelf(0.8, 1.1, 0.28, 3)
@@ -159,7 +162,7 @@ def furnishings(glb, m):
 def hang(glb, m):
     right, left = (HALF, -90), (-HALF, 90)
     colours = ((0.75, 0.2, 0.12), (0.15, 0.3, 0.5), (0.9, 0.65, 0.2), (0.1, 0.1, 0.1))
-    prints = (("hills", pictures.landscape(160, 112, 4), 0.66, 0.48, "brass", right, -1.7, 1.6),
+    prints = (("hills", pictures.landscape(160, 112, 4), 0.66, 0.48, "brass", right, -2.1, 1.6),
               ("twig", pictures.botanical(96, 128, 3), 0.36, 0.46, "wood", right, -4.6, 1.62),
               ("fern", pictures.botanical(96, 128, 8), 0.36, 0.46, "wood", right, -5.05, 1.6),
               ("leaves", pictures.botanical(96, 128, 11), 0.36, 0.46, "wood", right, -5.5, 1.62),

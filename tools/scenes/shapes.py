@@ -282,7 +282,8 @@ def pipe(points, radius, segments=8):
 def wall(length, height, thick, openings=(), below=0.0):
     """A wall along x from 0, up from -`below`, its front at z = 0 and its back at -`thick`; `openings` are
     (left, right, bottom, top). No faces inside; texture coordinates in metres."""
-    holes = np.asarray(openings, float).reshape(-1, 4)
+    holes = np.array(openings, float).reshape(-1, 4)
+    holes[holes[:, 2] <= 0, 2] = -below  # a doorway leaves no wall under the floor, in one plane with it
     x = np.unique(np.concatenate([[0, length], holes[:, :2].ravel()]))
     y = np.unique(np.concatenate([[-below, height], holes[:, 2:].ravel()]))
     solid = np.zeros((len(x) + 1, len(y) + 1), bool)
