@@ -79,10 +79,10 @@ def lamps(glb, m):
     """Two drums over the table, two lamps on the sideboard, two on the wall, one standing in the corner."""
     warm = (1.0, 0.8, 0.56)
     wear = dict(metal=m["brass"], shade=m["shade"], lining=m["linen"], foot=m["brass"])
-    hanging, bulb = furniture.pendant(0.98, 0.22, 0.24), lit(glb, "pendant bulb", 130, color=warm)
+    hanging, bulb = furniture.pendant(0.98, 0.22, 0.24), lit(glb, "pendant bulb", 150, color=warm)
     for i, x in enumerate((-0.5, 0.55)):
         place(glb, f"pendant {i + 1}", hanging, dict(wear, bulb=bulb), (x, HIGH, TABLE[2]), 40 * i)
-    bulb = lit(glb, "bulb", 700, color=warm)
+    bulb = lit(glb, "bulb", 450, color=warm)
     lamp = furniture.table_lamp(0.5, 0.16, 0.03)
     for i, (x, foot) in enumerate(((-1.02, "blue"), (0.98, "blue"))):
         place(glb, f"table lamp {i + 1}", lamp, dict(wear, bulb=bulb, foot=m[foot]), (x, 0.925, 0.24))
