@@ -14,7 +14,7 @@ import numpy as np
 
 import pictures
 import shapes
-from glb import Glb
+from glb import Glb, lit, matte
 
 RESOLUTION = (640, 400)
 MARBLE = 0.0125  # radius
@@ -77,19 +77,6 @@ def cats_eye(radius, twist=1.7):
     corners = positions[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return shapes.mesh(positions, triangles[area > 1e-3 * area.max()])
-
-
-def matte(glb, name, base=(1, 1, 1), **more):
-    return glb.material(name, base, extensions=dict(KHR_materials_specular=dict(specularFactor=0.0)), **more)
-
-
-def lit(glb, name, strength, picture=None, color=(1, 1, 1), **more):
-    """A surface that shines with `strength` times its picture or colour."""
-    if picture is not None:
-        more["emissiveTexture"] = picture
-    extensions = dict(KHR_materials_emissive_strength=dict(emissiveStrength=strength),
-                      KHR_materials_specular=dict(specularFactor=0.0))
-    return glb.material(name, (0.5, 0.5, 0.5), emissiveFactor=[float(c) for c in color], extensions=extensions, **more)
 
 
 def glass(glb, name, tint):

@@ -127,3 +127,140 @@ def poster(width=180, height=240):
     picture = blend(picture, [0.96, 0.95, 0.9], 1 - smooth(0.146, lens, 0.006))
     picture = disc(picture, (0.16, 0.78), 0.026, blue)
     return disc(picture, (0.16, 0.78), 0.011, ink)
+
+
+def few(picture, levels=40):
+    """Fewer colours, for a smaller file."""
+    return np.round(np.asarray(picture) * levels) / levels
+
+
+def boards(size, across, light, dark, seed):
+    """A wooden floor, one repeat: `across` boards along x, their ends staggered, dark joints between them."""
+    x, y = plane(size, size)
+    row = (y * across).astype(int)
+    rng = np.random.default_rng(seed)
+    start, tone = rng.random(across)[row], rng.random((across, 2))
+    along = (x + start) % 1
+    tone = np.where(along < 0.5, tone[row, 0], tone[row, 1])
+    grain = noise(size, size, (4, size // 5), seed + 1)
+    share = np.clip(0.7 * tone + 0.3 * grain, 0, 1)
+    joint = np.minimum(np.minimum(along, np.abs(along - 0.5)), 1 - along) < 0.8 / size
+    joint |= np.abs(y * across - row - 0.5) > 0.5 - 0.7 * across / size
+    return few(np.where(joint[..., None], np.asarray(dark) * 0.45, blend(light, dark, share)))
+
+
+def tiles(size, count, colours, grout, seed, joint=0.035):
+    """`count` x `count` tiles, each in one of `colours` or between two."""
+    x, y = plane(size, size)
+    x, y = x * count, y * count
+    rng = np.random.default_rng(seed)
+    colours = np.asarray(colours, float)
+    pick = rng.integers(0, len(colours), (count, count))
+    tone = 1 + 0.05 * rng.standard_normal((count, count, 1))
+    i, j = x.astype(int), y.astype(int)
+    edge = np.maximum(np.abs(x - i - 0.5), np.abs(y - j - 0.5))
+    return few(blend((colours[pick] * tone)[j, i], grout, smooth(0.5 - joint / 2, edge, 1.5 * count / size)), 80)
+
+
+def checkers(size, count, light, dark, grout):
+    """Floor tiles in two colours by turns."""
+    x, y = plane(size, size)
+    x, y = x * count, y * count
+    i, j = x.astype(int), y.astype(int)
+    edge = np.maximum(np.abs(x - i - 0.5), np.abs(y - j - 0.5))
+    colour = blend(light, dark, ((i + j) % 2).astype(float))
+    colour *= (0.95 + 0.1 * noise(size, size, (8, 8), 5))[..., None]
+    return few(blend(colour, grout, smooth(0.49, edge, 1.5 * count / size)), 60)
+
+
+def carpet(width, height, ground, figure, accent, cells=7):
+    """A woven rug: rows of lozenges in a double border; its knots show."""
+    x, y = plane(width, height)
+    ratio = width / height
+    edge = np.minimum(np.minimum(x, 1 - x) * ratio, np.minimum(y, 1 - y))
+    u, v = (x * cells * ratio) % 1 - 0.5, (y * cells) % 1 - 0.5
+    lozenge = np.abs(u) + np.abs(v)
+    picture = blend(ground, figure, (lozenge < 0.42).astype(float))
+    picture = blend(picture, accent, (lozenge < 0.24).astype(float))
+    picture = blend(picture, ground, (lozenge < 0.1).astype(float))
+    border = (edge < 0.1) & (edge > 0.015)
+    zigzag = np.abs(((x * ratio + y) * 14) % 1 - 0.5) + np.abs(((x * ratio - y) * 14) % 1 - 0.5)
+    picture = np.where(border[..., None], blend(figure, accent, (zigzag < 0.4).astype(float)), picture)
+    rim = (np.abs(edge - 0.1) < 0.006) | (edge < 0.015)
+    picture = np.where(rim[..., None], np.asarray(accent), picture)
+    knots = 1 - 0.08 * ((np.arange(height)[:, None] + np.arange(width)[None]) % 2)
+    return few(picture * knots[..., None], 60)
+
+
+def landscape(width, height, seed, sky=((0.55, 0.68, 0.85), (0.95, 0.86, 0.7)), land=(0.2, 0.32, 0.2)):
+    """A painted view: a sky, a sun, ranges of hills that grow darker towards the front."""
+    rng = np.random.default_rng(seed)
+    x, y = plane(width, height)
+    picture = blend(*sky, smooth(0.3, y, 0.7))
+    at = rng.uniform(0.2, 0.8)
+    disc = np.hypot((x - at) * width / height, y - 0.24)
+    picture = blend(picture, [1, 0.93, 0.78], 1 - smooth(0.07, disc, 0.02))
+    for layer in range(4):
+        share = (layer + 1) / 4
+        a, b, c = rng.uniform(0, 6, 3)
+        line = 0.42 + 0.13 * layer + 0.07 * np.sin(x * 4 + a) + 0.03 * np.sin(x * 11 + b) + 0.01 * np.sin(x * 29 + c)
+        hill = np.asarray(sky[1]) * 0.8 * (1 - share) + np.asarray(land) * share
+        picture = blend(picture, hill, smooth(0, y - line, 0.012))
+    brush = noise(width, height, (width // 6, height // 3), seed + 3)
+    return few(picture * (0.93 + 0.1 * brush)[..., None], 60)
+
+
+def abstract(width, height, seed, colours, ground=(0.92, 0.89, 0.82)):
+    """A print of overlapping discs and bars."""
+    rng = np.random.default_rng(seed)
+    x, y = plane(width, height)
+    x = x * width / height
+    picture = blend(ground, ground, x)
+    for colour in colours:
+        at, radius = rng.uniform(0.2, 0.8, 2) * (width / height, 1), rng.uniform(0.1, 0.28)
+        if rng.random() < 0.6:
+            shape = np.hypot(x - at[0], y - at[1]) - radius
+        else:
+            shape = np.maximum(np.abs(x - at[0]) - radius * 1.3, np.abs(y - at[1]) - radius * 0.3)
+        picture = blend(picture, colour, 0.9 * (1 - smooth(0, shape, 0.012)))
+    return few(picture, 60)
+
+
+def botanical(width, height, seed, ink=(0.16, 0.3, 0.2)):
+    """A twig with its leaves, as in an old flora."""
+    rng = np.random.default_rng(seed)
+    x, y = plane(width, height)
+    x = (x - 0.5) * width / height
+    picture = blend([0.93, 0.9, 0.8], [0.9, 0.86, 0.74], noise(width, height, (3, 4), seed))
+    stem = 0.05 * np.sin(y * 5 + rng.uniform(0, 6))
+    picture = blend(picture, ink, (1 - smooth(0.006, np.abs(x - stem), 0.008)) * ((y > 0.14) & (y < 0.9)))
+    for i, level in enumerate(np.linspace(0.18, 0.72, 8)):
+        way, length = (-1) ** i, 0.2 + 0.06 * rng.random()
+        angle = np.radians(rng.uniform(25, 45))
+        u = way * (x - 0.05 * np.sin(level * 5)) * np.cos(angle) - (y - level) * np.sin(angle)
+        v = way * (x - 0.05 * np.sin(level * 5)) * np.sin(angle) + (y - level) * np.cos(angle)
+        leaf = np.abs(v) - 0.22 * length * np.sqrt(np.clip(u / length * (1 - u / length) * 4, 0, 1))
+        inside = (u > 0) & (u < length)
+        tone = np.asarray(ink) * (0.9 + 0.5 * rng.random())
+        picture = blend(picture, tone, (1 - smooth(0, leaf, 0.01)) * inside)
+    return few(picture, 60)
+
+
+def wallpaper(size, ground, figure):
+    """Stripes, and between them sprigs that step from row to row."""
+    x, y = plane(size, size)
+    stripe = (np.abs(x * 4 % 1 - 0.5) < 0.06).astype(float)
+    u, v = x * 4 % 1, (y * 4 + 0.5 * ((x * 4).astype(int) % 2)) % 1
+    petal = np.hypot(np.abs(u - np.round(u)) - 0.07, (v - 0.5) * 0.6) < 0.07
+    return few(blend(ground, figure, np.clip(stripe + 0.8 * petal, 0, 1)))
+
+
+def runner(width, height, ground, stripe):
+    """A table runner's cloth: stripes along its sides, darned with small crosses."""
+    x, y = plane(width, height)
+    edge = np.minimum(y, 1 - y)
+    lines = ((np.abs(edge - 0.12) < 0.03) | (np.abs(edge - 0.22) < 0.012)).astype(float)
+    u, v = np.abs(x * 24 % 1 - 0.5), np.abs((y - 0.5) * height / width * 24)
+    cross = (np.minimum(u, v) < 0.1) & (np.maximum(u, v) < 0.3)
+    threads = 1 - 0.05 * ((np.arange(height)[:, None] + np.arange(width)[None]) % 2)
+    return few(blend(ground, stripe, np.clip(lines + cross, 0, 1)) * threads[..., None], 60)
