@@ -2,6 +2,7 @@
 
 pub mod efficiency;
 mod prepared;
+pub mod reference;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
