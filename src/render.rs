@@ -3,6 +3,8 @@
 pub mod efficiency;
 mod meanwhile;
 mod prepared;
+pub mod reference;
+pub mod trade;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

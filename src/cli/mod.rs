@@ -1,6 +1,7 @@
 //! The command line: one file for each subcommand. Results go to stdout, progress and messages to stderr.
 
 mod bench;
+mod candidate;
 mod compare;
 mod debug;
 mod devices;
@@ -9,8 +10,12 @@ mod info;
 mod input;
 mod method;
 mod progress;
+mod reference;
 mod render;
 mod strategies;
+mod subject;
+mod text;
+mod trade;
 mod train;
 
 use clap::{Parser, Subcommand};

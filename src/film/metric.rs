@@ -2,6 +2,8 @@
 //!
 //! `a` is a value of the picture, `b` of the reference; both are scene-linear unless said otherwise.
 
+use std::f64::consts::FRAC_2_PI;
+
 use serde::Serialize;
 
 use super::Picture;
@@ -32,6 +34,9 @@ pub struct Errors {
 pub struct ReferenceNoise {
     /// What it adds to [`Errors::relmse`] on average: mean of variance / (b^2 + e^2).
     pub relmse: f64,
+    /// [`Errors::mape`] to be expected of the reference itself, against the truth. It adds to that of pictures like the
+    /// legs of a right triangle, roughly, so that it cannot be subtracted exactly.
+    pub mape: f64,
     /// Standard error of the reference's mean, relative to that mean.
     pub mean: f64,
 }
@@ -142,7 +147,7 @@ pub fn compare(
         relmse,
         relmse_trimmed,
         mean: mean_ratio(picture, reference),
-        tiles: tile_test(picture, reference),
+        tiles: tile_test(picture, reference)?,
         psnr: psnr(&shown, &shown_reference),
         flip: mean_flip(&shown, &shown_reference, picture.width as usize),
     })
@@ -180,10 +185,18 @@ pub fn reference_noise(reference: &Picture) -> Result<Option<ReferenceNoise>, Fi
     let single = |samples: &[f32]| samples.iter().any(|&count| count < 2.0);
     let layers = variance(reference).filter(|_| !reference.channel("samples", "Y").is_some_and(single));
     Ok(layers.map(|layers| {
-        let terms = reference.rgb.iter().enumerate().flat_map(|(i, pixel)| {
-            (0..3).map(move |c| f64::from(layers[c][i]) / (f64::from(pixel[c]).powi(2) + epsilon * epsilon))
-        });
-        ReferenceNoise { relmse: mean(terms), mean: noise_of_sum(layers).sqrt() / sum(reference) }
+        let values = reference
+            .rgb
+            .iter()
+            .enumerate()
+            .flat_map(|(i, pixel)| (0..3).map(move |c| (f64::from(layers[c][i]), f64::from(pixel[c]))));
+        let squares = values.clone().map(|(variance, b)| variance / (b * b + epsilon * epsilon));
+        let sizes = values.map(|(variance, b)| variance.sqrt() / (b + epsilon));
+        ReferenceNoise {
+            relmse: mean(squares),
+            mape: FRAC_2_PI.sqrt() * mean(sizes),
+            mean: noise_of_sum(layers).sqrt() / sum(reference),
+        }
     }))
 }
 
@@ -284,8 +297,13 @@ fn tile_scatter(picture: &Picture, reference: &Picture, ratio: f64) -> Option<f6
     (count > 1).then(|| (squares * count as f64 / (count - 1) as f64).sqrt() / total)
 }
 
-fn tile_test(picture: &Picture, reference: &Picture) -> Option<TileTest> {
-    let (own, others) = (variance(picture)?, variance(reference)?);
+/// Whether noise explains the difference of tiles; `None` where the variance of one is not known.
+///
+/// # Errors
+/// As [`compare`].
+pub fn tile_test(picture: &Picture, reference: &Picture) -> Result<Option<TileTest>, FilmError> {
+    check(picture, reference)?;
+    let (Some(own), Some(others)) = (variance(picture), variance(reference)) else { return Ok(None) };
     let mut worst = TileTest { worst_z: 0.0, column: 0, row: 0, channel: 0, tests: 0, p_value: 1.0 };
     for (column, row, tile) in tiles(picture) {
         for channel in 0..3 {
@@ -304,7 +322,7 @@ fn tile_test(picture: &Picture, reference: &Picture) -> Option<TileTest> {
         }
     }
     worst.p_value = any_beyond(worst.worst_z, worst.tests);
-    Some(worst)
+    Ok(Some(worst))
 }
 
 /// Probability that the largest of `tests` independent standard normal values is beyond `z` on either side.

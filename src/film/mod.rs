@@ -1,5 +1,6 @@
 //! From sums of samples to pictures on disk, and the comparison of pictures.
 
+pub mod average;
 pub mod contact_sheet;
 pub mod exr;
 pub mod false_color;

@@ -1,10 +1,13 @@
 //! The host side of `shaders/lib`: random numbers, alias tables, frames, colour. The functions there mirror the
-//! shader functions of the same names; a test compares them. Beside it the statistics of measurements.
+//! shader functions of the same names; a test compares them. Beside it the statistics and the curves of
+//! measurements.
 
 pub mod alias;
 pub mod color;
+pub mod curve;
 pub mod date;
 pub mod equal_area;
+pub mod fnv;
 pub mod frame;
 pub mod ggx_albedo;
 pub mod rng;

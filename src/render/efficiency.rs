@@ -200,7 +200,7 @@ mod tests {
     fn a_summary_by_hand() {
         let first = [run(0.5, 2.0, 1.0), run(0.75, 2.0, 1.0), run(0.5, 4.0, 1.0)];
         let own = [run(0.5, 1.0, 0.5), run(0.5, 1.0, 1.0), run(0.5, 4.0, 1.5)];
-        let noise = ReferenceNoise { relmse: 0.25, mean: 0.75 };
+        let noise = ReferenceNoise { relmse: 0.25, mape: 0.5, mean: 0.75 };
         let summary = summary(&own, &first, Some(noise));
         assert_eq!(summary.errors, Errors { mape: 0.25, relmse: 0.25, relmse_trimmed: 0.125 });
         assert_eq!((summary.samples, summary.seconds), (10, 1.0));
@@ -225,9 +225,9 @@ mod tests {
     #[test]
     fn errors_below_the_reference_s_noise_give_no_efficiency() {
         let runs = [run(0.5, 2.0, 1.0), run(0.5, 2.0, 1.0)];
-        let summary = summary(&runs, &runs, Some(ReferenceNoise { relmse: 0.5, mean: 0.0 }));
+        let summary = summary(&runs, &runs, Some(ReferenceNoise { relmse: 0.5, mape: 0.5, mean: 0.0 }));
         assert_eq!((summary.efficiency, summary.ratio), (None, None));
-        assert!(summary.needs_better_reference(ReferenceNoise { relmse: 0.5, mean: 0.0 }));
-        assert!(!summary.needs_better_reference(ReferenceNoise { relmse: 0.0, mean: 0.0 }));
+        assert!(summary.needs_better_reference(ReferenceNoise { relmse: 0.5, mape: 0.5, mean: 0.0 }));
+        assert!(!summary.needs_better_reference(ReferenceNoise { relmse: 0.0, mape: 0.0, mean: 0.0 }));
     }
 }

@@ -19,6 +19,8 @@ mod texture;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
+use crate::math::fnv::Fnv;
+
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EqualAreaMap};
 
@@ -75,7 +77,7 @@ impl Scene {
 
     /// A hash of everything that pictures depend on, equal on all machines (FNV-1a, eight bytes at a time).
     pub fn content_hash(&self) -> u64 {
-        let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+        let mut hash = Fnv::default();
         for mesh in &self.meshes {
             hash.bytes(&mesh.material.to_le_bytes());
             hash.bytes(bytemuck::cast_slice(&mesh.positions));
@@ -94,19 +96,5 @@ impl Scene {
         let rest = (&self.materials, &self.textures, &self.lights, &self.cameras);
         hash.bytes(format!("{rest:?}").as_bytes());
         hash.0
-    }
-}
-
-struct Fnv(u64);
-
-impl Fnv {
-    fn bytes(&mut self, bytes: &[u8]) {
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.0 = (self.0 ^ u64::from_le_bytes(word)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-        // The length tells parts apart that share their edge.
-        self.0 = (self.0 ^ bytes.len() as u64).wrapping_mul(0x0000_0100_0000_01b3);
     }
 }

@@ -292,7 +292,7 @@ fn r05_an_interrupted_render_is_saved() {
 }
 
 /// Every number is there and finite: JSON has no other numbers, and `null` where one is missing.
-fn assert_complete(value: &serde_json::Value, at: &str) {
+pub fn assert_complete(value: &serde_json::Value, at: &str) {
     match value {
         serde_json::Value::Null => panic!("nothing at {at}"),
         serde_json::Value::Array(values) => {
@@ -310,7 +310,7 @@ fn assert_complete(value: &serde_json::Value, at: &str) {
 fn bench_efficiency_measures_and_keeps_its_references() {
     let case = Case::new();
     let command = "bench efficiency builtin:cornell --integrators path,bdpt --rounds 2 --size 8x8 \
-                   --references refs --reference-time 500ms";
+                   --references refs --reference-time 500ms --reference-integrator path";
     let run = case.run(&format!("{command} --spp 4 --json"));
     run.assert(0, &["a reference by path", "round 2 of 2, bdpt"]);
     let report: serde_json::Value = serde_json::from_str(&run.printed).expect("JSON");
@@ -365,7 +365,7 @@ fn bench_efficiency_refuses_what_makes_no_sense() {
     for (arguments, phrase) in [
         ("--integrators path,photon", "'photon'"),
         ("--integrators path:connections=2", "--connections"),
-        ("--reference-integrator path,bdpt", "--reference-integrator"),
+        ("--reference-integrator path,bdpt", "'path,bdpt'"),
         ("--rounds 1", "--rounds"),
         ("--spp 0", "--spp"),
         ("--spp 4 --time 1s", "--time"),

@@ -1,0 +1,63 @@
+//! What benchmarks render.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::input::{SceneArgs, choose_camera, default_output, parse_size, picture_size};
+use crate::device::DeviceChoice;
+use crate::render::RenderOptions;
+use crate::scene::Scene;
+
+/// Scenes, and what is the same for all of them.
+#[derive(Args, Debug)]
+pub struct SubjectArgs {
+    /// .gltf or .glb files, or `builtin:NAME`.
+    #[arg(value_name = "SCENE", required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Size in pixels (default: the scene's own wish, or 1280x720).
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Which of each scene's cameras, by name or number.
+    #[arg(long, value_name = "CAMERA")]
+    camera: Option<String>,
+    /// Longest path, in surfaces (default: no limit).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_depth: Option<u32>,
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
+    /// Let scenes refer to files outside their folder.
+    #[arg(long)]
+    allow_outside: bool,
+}
+
+/// A scene with what is the same for all its renders.
+pub struct Subject {
+    pub name: String,
+    pub scene: Scene,
+    pub hash: u64,
+    pub options: RenderOptions,
+}
+
+impl SubjectArgs {
+    /// Loads one of the scenes.
+    ///
+    /// # Errors
+    /// What the loader reports, no such camera.
+    pub fn load(&self, path: &Path) -> anyhow::Result<Subject> {
+        let from = SceneArgs {
+            scene: path.to_owned(),
+            env: None,
+            env_scale: 1.0,
+            env_rotate: 0.0,
+            allow_outside: self.allow_outside,
+        };
+        let mut scene = from.load()?;
+        let camera = choose_camera(&mut scene, self.camera.as_deref())?;
+        let [width, height] = picture_size(self.size, &scene);
+        let options =
+            RenderOptions { width, height, camera, max_depth: self.max_depth, ..RenderOptions::default() };
+        let name = default_output(path, "").display().to_string();
+        Ok(Subject { name, hash: scene.content_hash(), scene, options })
+    }
+}

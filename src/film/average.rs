@@ -1,0 +1,35 @@
+//! One picture from two.
+
+use super::{Layer, Picture};
+use crate::error::FilmError;
+
+/// The mean of two independent pictures of the same, weighted by their numbers of samples, with the layers `variance` and
+/// `samples` where both have them; other layers and metadata are left out.
+///
+/// # Errors
+/// [`FilmError::Sizes`].
+pub fn average(pictures: [&Picture; 2], samples: [f64; 2]) -> Result<Picture, FilmError> {
+    let [a, b] = pictures;
+    if (a.width, a.height) != (b.width, b.height) {
+        return Err(FilmError::Sizes { picture: [a.width, a.height], reference: [b.width, b.height] });
+    }
+    let weights = samples.map(|count| count / (samples[0] + samples[1]));
+    let sum = |a: f32, b: f32, [wa, wb]: [f64; 2]| (wa * f64::from(a) + wb * f64::from(b)) as f32;
+    let rgb = a.rgb.iter().zip(&b.rgb).map(|(a, b)| [0, 1, 2].map(|c| sum(a[c], b[c], weights))).collect();
+    let mut picture = Picture::new(a.width, a.height, rgb);
+    let layers = [
+        // Of the mean: it goes with the squares of the weights.
+        ("variance", &["R", "G", "B"][..], weights.map(|weight| weight * weight)),
+        ("samples", &["Y"][..], [1.0; 2]),
+    ];
+    for (name, channels, weights) in layers {
+        let joined = |channel: &&str| {
+            let pairs = a.channel(name, channel)?.iter().zip(b.channel(name, channel)?);
+            Some((channel.to_string(), pairs.map(|(&a, &b)| sum(a, b, weights)).collect()))
+        };
+        if let Some(channels) = channels.iter().map(joined).collect() {
+            picture.layers.push(Layer { name: name.into(), channels });
+        }
+    }
+    Ok(picture)
+}
