@@ -3,6 +3,7 @@
 pub mod efficiency;
 mod prepared;
 pub mod reference;
+pub mod trade;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -9,6 +9,7 @@ use super::Exit;
 use super::efficiency::{self, EfficiencyArgs};
 use super::input::{SceneArgs, choose_camera, parse_size};
 use super::reference::{self, MakeReferenceArgs};
+use super::trade::{self, TradeArgs};
 use crate::device::{Context, DeviceChoice};
 use crate::integrator::ray_bench::{RayBench, RaySet};
 
@@ -25,6 +26,8 @@ enum Bench {
     Rays(RaysArgs),
     /// Efficiency of integrators, 1 / (relMSE x time), with confidence, as a Markdown table.
     Efficiency(EfficiencyArgs),
+    /// What speed costs in accuracy: error against time, of integrators and of their settings, as a page with plots.
+    Trade(Box<TradeArgs>),
     /// Make references as exact as asked, and check each by another integrator.
     Reference(MakeReferenceArgs),
 }
@@ -61,6 +64,7 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Exit> {
     match &args.bench {
         Bench::Rays(args) => rays(args),
         Bench::Efficiency(args) => efficiency::run(args, quiet),
+        Bench::Trade(args) => trade::run(args, quiet),
         Bench::Reference(args) => reference::run(args, quiet),
     }
 }

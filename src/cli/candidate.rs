@@ -56,6 +56,19 @@ impl Candidate {
             ..subject.options.clone()
         }
     }
+
+    /// All that it does otherwise than others, defaults written out.
+    pub fn settings(&self) -> String {
+        format!("{:?} {:?} {:?}", self.method, self.training, self.max_depth)
+    }
+
+    /// The flags by which `render` does the same.
+    pub fn flags(&self) -> String {
+        let (name, settings) = self.label.split_once(':').unwrap_or((&self.label, ""));
+        let settings = settings.split(',').filter(|setting| !setting.is_empty());
+        let settings: String = settings.map(|setting| format!(" --{}", setting.replace('=', " "))).collect();
+        format!("-i {name}{settings}")
+    }
 }
 
 /// `path,lvcbpt:connections=2,light-tracing,light`.
@@ -74,6 +87,49 @@ pub fn parse_integrators(list: &str) -> Result<Vec<Candidate>, InputError> {
     labels.iter().map(|label| Candidate::parse(label)).collect()
 }
 
+/// A setting that is tried with several values, all others as they are.
+pub struct Knob {
+    pub name: String,
+    /// The integrator as it is without the setting, then with each of its values.
+    pub candidates: Vec<Candidate>,
+}
+
+/// `connections=1,2,4` (of spcbpt), `lvcbpt:light-paths=100,1000`, `spcbpt:lessons=2,connections=1,2` (with two lessons
+/// throughout), `bdpt:light-tracing` (without and with it).
+///
+/// # Errors
+/// No values, or as [`Candidate::parse`].
+pub fn parse_knob(text: &str) -> Result<Knob, InputError> {
+    let (integrator, settings) = text.split_once(':').unwrap_or(("spcbpt", text));
+    let parts: Vec<&str> = settings.split(',').collect();
+    // The values of the last setting that has any; a flag has none.
+    let last = parts.iter().rposition(|part| part.contains('=')).unwrap_or(parts.len() - 1);
+    let (name, first) = parts[last].split_once('=').map_or((parts[last], None), |(name, v)| (name, Some(v)));
+    if name.is_empty() || first.is_some_and(str::is_empty) {
+        return Err(InputError::Usage(format!(
+            "--knob '{text}' names no values; write INTEGRATOR:SETTING=VALUE,VALUE,..., for example \
+             spcbpt:connections=1,2,4"
+        )));
+    }
+    let fixed = parts[..last].join(",");
+    let label = |setting: String| {
+        let settings = [fixed.as_str(), &setting].into_iter().filter(|part| !part.is_empty());
+        let settings = settings.collect::<Vec<_>>().join(",");
+        if settings.is_empty() { integrator.to_owned() } else { format!("{integrator}:{settings}") }
+    };
+    let mut labels = vec![label(String::new())];
+    match first {
+        None => labels.push(label(name.to_owned())),
+        Some(first) => {
+            let values = std::iter::once(first).chain(parts[last + 1..].iter().copied());
+            labels.extend(values.map(|value| label(format!("{name}={value}"))));
+        }
+    }
+    let candidates = labels.iter().map(|label| Candidate::parse(label)).collect::<Result<_, _>>()?;
+    let of = label(String::new());
+    Ok(Knob { name: format!("{name} of {of}"), candidates })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,6 +145,8 @@ mod tests {
         let cached = Method::LvcBpt { light_paths: Some(500), connections: 2, light_tracing: true };
         let light = Method::Light { light_paths: Some(7) };
         assert_eq!(methods, [Method::Path, cached, Method::Bdpt { light_tracing: false }, light]);
+        assert_eq!(candidates[1].flags(), "-i lvcbpt --connections 2 --light-paths 500 --light-tracing");
+        assert_eq!(candidates[0].flags(), "-i path");
     }
 
     #[test]
@@ -109,6 +167,41 @@ mod tests {
             for phrase in phrases {
                 assert!(said.contains(phrase), "'{phrase}' not in: {said}");
             }
+        }
+    }
+
+    #[test]
+    fn knobs_make_candidates() {
+        for (text, name, labels) in [
+            (
+                "connections=1,4",
+                "connections of spcbpt",
+                &["spcbpt", "spcbpt:connections=1", "spcbpt:connections=4"][..],
+            ),
+            ("path:max-depth=3", "max-depth of path", &["path", "path:max-depth=3"]),
+            ("bdpt:light-tracing", "light-tracing of bdpt", &["bdpt", "bdpt:light-tracing"]),
+            (
+                "spcbpt:lessons=2,light-tracing,connections=1,2",
+                "connections of spcbpt:lessons=2,light-tracing",
+                &[
+                    "spcbpt:lessons=2,light-tracing",
+                    "spcbpt:lessons=2,light-tracing,connections=1",
+                    "spcbpt:lessons=2,light-tracing,connections=2",
+                ],
+            ),
+        ] {
+            let knob = parse_knob(text).expect(text);
+            assert_eq!(knob.name, name);
+            assert_eq!(knob.candidates.iter().map(|one| one.label.as_str()).collect::<Vec<_>>(), labels);
+        }
+        for (text, phrase) in [
+            ("", "no values"),
+            ("connections=", "no values"),
+            ("path:connections=1", "--connections"),
+            ("lessons=x", "x"),
+        ] {
+            let said = parse_knob(text).err().expect(text).to_string();
+            assert!(said.contains(phrase), "'{phrase}' not in: {said}");
         }
     }
 }

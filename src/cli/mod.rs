@@ -15,6 +15,7 @@ mod render;
 mod strategies;
 mod subject;
 mod text;
+mod trade;
 mod train;
 
 use clap::{Parser, Subcommand};

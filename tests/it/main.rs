@@ -55,6 +55,7 @@ mod subspace_sources;
 mod subspace_speed;
 mod subspace_train;
 mod subspace_tree;
+mod trade;
 mod training_paths;
 mod traversal;
 mod twins;

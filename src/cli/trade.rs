@@ -1,0 +1,301 @@
+//! `halfway bench trade`
+
+mod page;
+mod paper;
+mod plot;
+mod record;
+mod results;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::Context as _;
+use clap::Args;
+
+use super::Exit;
+use super::candidate::{Candidate, Knob, parse_integrators, parse_knob};
+use super::input::{InputError, open_device, parse_duration};
+use super::progress::{install_interrupt, interrupted, learn};
+use super::reference::{Reference, ReferenceArgs};
+use super::subject::{Subject, SubjectArgs};
+use super::text::{command_line, short, today};
+use crate::device::Context;
+use crate::error::RenderError;
+use crate::film::write::write_atomic;
+use crate::math::fnv::fnv;
+use crate::render::trade::{Plan, Point, measure};
+use crate::render::{Prepared, RenderOptions};
+
+use record::{Key, Record, Records};
+use results::{SceneResult, Trade, scene_result};
+
+/// What is measured and how, below the options of `--help`.
+const METHOD: &str = "\
+For every scene and every seed each integrator, and each value of each knob, renders for --time, in an order that turns
+from seed to seed. It is stopped, and its clock with it, after 8, 16, 32, ... samples a pixel, after --equal-samples, and
+at the end, to compare the picture with the reference. Time is of rendering and of learning before, which every seed does
+anew; not of loading and compiling. A point at 10 s is of a render that may go on to --time: asked for 10 s from the start,
+spcbpt learns less.
+
+Every render that is done is a line of DIR/runs.jsonl. The same command again, or one with more scenes, integrators, knobs
+or seeds, renders what is not there. Remove that file when the renderer itself has changed.
+
+Made: DIR/trade.csv (every look at every render), DIR/trade.json (all figures), the page with its plots beside it.";
+
+/// The trade between speed and accuracy: error against time and samples, of integrators and of their settings.
+#[derive(Args, Debug)]
+#[command(after_long_help = METHOD)]
+pub struct TradeArgs {
+    #[command(flatten)]
+    subject: SubjectArgs,
+    /// Integrators, with settings where the default is not meant: path,lvcbpt:connections=2,light-tracing,spcbpt.
+    /// Ratios are to the first.
+    #[arg(long, value_name = "LIST", default_value = "lvcbpt,spcbpt,path,bdpt")]
+    integrators: String,
+    /// A setting of an integrator (spcbpt if none is named) with values to try, all others at their defaults:
+    /// connections=1,2,4 or lvcbpt:light-paths=1000,4000 or bdpt:light-tracing; may be given several times.
+    #[arg(long, value_name = "[INTEGRATOR:]SETTING=VALUES")]
+    knob: Vec<String>,
+    /// Time of each render, learning included.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "30s")]
+    time: Duration,
+    /// Samples a pixel after which a render ends, time or not.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Renders of each.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    seeds: u32,
+    /// Seeds count from here.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// The MAPE whose time is asked for, 0.12 = 12 %.
+    #[arg(long, value_name = "ERROR", default_value_t = 0.12)]
+    target: f64,
+    /// The times whose error is asked for.
+    #[arg(long, value_name = "TIMES", value_delimiter = ',', value_parser = parse_duration,
+          default_value = "10s,30s,60s")]
+    at: Vec<Duration>,
+    /// Samples a pixel of the table at equal samples.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    equal_samples: u32,
+    #[command(flatten)]
+    reference: ReferenceArgs,
+    /// Where runs and figures are kept.
+    #[arg(short, long, value_name = "DIR", default_value = "target/trade")]
+    output: PathBuf,
+    /// The page to make, its plots in a folder of the same name beside it (default: DIR/trade.md).
+    #[arg(long, value_name = "FILE.md")]
+    markdown: Option<PathBuf>,
+}
+
+/// All that renders, and for which table.
+struct Lineup {
+    /// Each once: those of --integrators, then those that knobs add.
+    all: Vec<Candidate>,
+    /// How many of them are of --integrators.
+    listed: usize,
+    knobs: Vec<Knob>,
+}
+
+impl Lineup {
+    fn new(args: &TradeArgs) -> Result<Self, InputError> {
+        let mut all: Vec<Candidate> = Vec::new();
+        let knobs = args.knob.iter().map(|knob| parse_knob(knob)).collect::<Result<Vec<_>, _>>()?;
+        let listed = parse_integrators(&args.integrators)?;
+        let is_new = |all: &[Candidate], one: &Candidate| all.iter().all(|other| other.label != one.label);
+        for one in &listed {
+            if !is_new(&all, one) {
+                return Err(InputError::Usage(format!("--integrators names '{}' twice", one.label)));
+            }
+            all.push(one.clone());
+        }
+        for one in knobs.iter().flat_map(|knob| &knob.candidates) {
+            if is_new(&all, one) {
+                all.push(one.clone());
+            }
+        }
+        Ok(Self { all, listed: listed.len(), knobs })
+    }
+}
+
+/// Renders what is not there yet, and makes files and page of all.
+///
+/// # Errors
+/// Bad input, no device, files that cannot be written.
+pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
+    let lineup = Lineup::new(args)?;
+    if !(args.target > 0.0 && args.target.is_finite()) {
+        return Err(
+            InputError::Usage("--target takes a positive number, such as 0.12 for 12 %".into()).into()
+        );
+    }
+    let keeper = args.reference.keeper()?;
+    let page = args.markdown.clone().unwrap_or(args.output.join("trade.md"));
+    let plots = page.with_extension("");
+    for folder in [&args.output, &plots] {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    let kept = args.output.join("runs.jsonl");
+    let mut records = Records::open(&kept)?;
+    install_interrupt();
+    let context = open_device(&args.subject.device, quiet)?;
+    let plan = Plan { time: Some(args.time), samples: args.spp, equal_samples: args.equal_samples };
+    let mut scenes: Vec<SceneResult> = Vec::new();
+    for path in &args.subject.scenes {
+        let subject = args.subject.load(path)?;
+        if scenes.iter().any(|scene| scene.name == subject.name) {
+            return Err(InputError::Usage(format!(
+                "two scenes are called '{}'; rename one, tables could not tell them apart",
+                subject.name
+            ))
+            .into());
+        }
+        let Some(reference) = keeper.reference(&context, &subject, quiet)? else {
+            return Ok(go_on(&kept, &records));
+        };
+        let mut bench =
+            Bench { args, context: &context, subject: &subject, reference: &reference, plan, quiet };
+        let Some(runs) = bench.runs(&lineup, &mut records)? else { return Ok(go_on(&kept, &records)) };
+        let times: Vec<f64> = args.at.iter().map(Duration::as_secs_f64).collect();
+        let ask = results::Ask { target: args.target, times: &times, equal_samples: args.equal_samples };
+        scenes.push(scene_result(
+            &subject,
+            &reference,
+            &lineup.all,
+            lineup.listed,
+            &lineup.knobs,
+            runs,
+            &ask,
+        ));
+    }
+    let trade = Trade {
+        date: today(),
+        device: context.describe(),
+        command: command_line(),
+        version: env!("CARGO_PKG_VERSION"),
+        seeds: args.seeds,
+        seconds: args.time.as_secs_f64(),
+        samples: args.spp,
+        target: args.target,
+        times: args.at.iter().map(Duration::as_secs_f64).collect(),
+        equal_samples: args.equal_samples,
+        scenes,
+    };
+    let json = serde_json::to_string_pretty(&trade)?;
+    write_atomic(&args.output.join("trade.json"), json.as_bytes())?;
+    write_atomic(&args.output.join("trade.csv"), trade.csv().as_bytes())?;
+    for (name, plot) in trade.plots() {
+        write_atomic(&plots.join(name), plot.svg()?.as_bytes())?;
+    }
+    let folder = plots.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    write_atomic(&page, page::page(&trade, &folder).as_bytes())?;
+    for warning in trade.warnings() {
+        log::warn!("{warning}");
+    }
+    println!("{}", page.display());
+    let non_finite = trade.non_finite();
+    if non_finite > 0 {
+        eprintln!("error: {non_finite} samples were not finite; they are left out of the pictures");
+        return Ok(Exit::NonFinite);
+    }
+    Ok(Exit::Done)
+}
+
+fn go_on(kept: &std::path::Path, records: &Records) -> Exit {
+    eprintln!(
+        "interrupted: {} renders are kept in {}; the same command goes on from there",
+        records.len(),
+        kept.display()
+    );
+    Exit::Interrupted
+}
+
+/// One scene.
+struct Bench<'a> {
+    args: &'a TradeArgs,
+    context: &'a Context,
+    subject: &'a Subject,
+    reference: &'a Reference,
+    plan: Plan,
+    quiet: bool,
+}
+
+impl Bench<'_> {
+    /// All renders of all candidates, seed by seed; `None` where Ctrl-C ended it.
+    fn runs(
+        &mut self,
+        lineup: &Lineup,
+        records: &mut Records,
+    ) -> anyhow::Result<Option<Vec<Vec<Vec<Point>>>>> {
+        let (count, seeds) = (lineup.all.len(), self.args.seeds);
+        let keys: Vec<Vec<Key>> =
+            lineup.all.iter().map(|one| (0..seeds).map(|round| self.key(one, round)).collect()).collect();
+        let is_there = |key: &&Key| records.find(key).is_some();
+        let there = keys.iter().flatten().filter(is_there).count();
+        let mut left = count * seeds as usize - there;
+        if there > 0 && !self.quiet {
+            eprintln!("{}: {there} renders are there already, {left} to go", self.subject.name);
+        }
+        for round in 0..seeds {
+            for place in 0..count {
+                let index = if round.is_multiple_of(2) { place } else { count - 1 - place };
+                let (candidate, key) = (&lineup.all[index], &keys[index][round as usize]);
+                if records.find(key).is_some() {
+                    continue;
+                }
+                if !self.quiet {
+                    let minutes = left as f64 * self.args.time.as_secs_f64() / 60.0;
+                    eprintln!(
+                        "{}: seed {} of {seeds}, {}; {left} renders, at most {} min and their compiling",
+                        self.subject.name,
+                        round + 1,
+                        candidate.label,
+                        short(minutes)
+                    );
+                }
+                let Some(points) = self.render(candidate, key.seed)? else { return Ok(None) };
+                records.push(Record { key: key.clone(), points })?;
+                left -= 1;
+            }
+        }
+        let of = |key: &Key| records.find(key).map(<[Point]>::to_vec);
+        Ok(keys.iter().map(|keys| keys.iter().map(of).collect()).collect())
+    }
+
+    fn key(&self, candidate: &Candidate, round: u32) -> Key {
+        let RenderOptions { width, height, camera, max_depth, .. } = self.subject.options;
+        // Renders share no random numbers, whoever else takes part: their errors are independent.
+        let stream = fnv(candidate.label.as_bytes()) >> 33;
+        Key {
+            version: env!("CARGO_PKG_VERSION").into(),
+            device: self.context.describe(),
+            scene: self.subject.name.clone(),
+            scene_hash: format!("{:016x}", self.subject.hash),
+            size: [width, height],
+            camera,
+            max_depth,
+            integrator: candidate.label.clone(),
+            settings: candidate.settings(),
+            seed: stream << 32 | u64::from(self.args.seed.wrapping_add(round)),
+            milliseconds: self.plan.time.map(|time| time.as_millis() as u64),
+            samples: self.plan.samples,
+            equal_samples: self.plan.equal_samples,
+            reference: format!("{:016x}", self.reference.hash()),
+        }
+    }
+
+    /// Everything anew: who learns, learns with this seed.
+    fn render(&self, candidate: &Candidate, seed: u64) -> anyhow::Result<Option<Vec<Point>>> {
+        let options = RenderOptions { budget: self.plan.budget(), ..candidate.options(self.subject, seed) };
+        let mut prepared = Prepared::new(self.context, &self.subject.scene, options)?;
+        if prepared.must_learn() {
+            match learn(&mut prepared, true) {
+                Err(RenderError::Interrupted) => return Ok(None),
+                learnt => drop(learnt?),
+            }
+        }
+        let mut renderer = prepared.renderer()?;
+        Ok(measure(&mut renderer, &self.plan, &self.reference.picture, |_| interrupted())?)
+    }
+}
