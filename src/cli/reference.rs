@@ -21,6 +21,9 @@ use crate::render::{Budget, RenderOptions, Renderer};
 
 /// Where neither time nor error is asked for.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
+/// Standard errors between the means of a reference and its check that no chance explains: known by a few portions only,
+/// they are themselves uncertain.
+const MOST_Z: f64 = 5.0;
 /// What makes references where nobody says.
 const DEFAULT_MAKER: &str = "spcbpt";
 
@@ -383,7 +386,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
             eprintln!("error: {}: some samples were not finite; they are left out", subject.name);
             exit = Exit::NonFinite;
         }
-        if reference.number("checkZ").is_some_and(|z| z.abs() > 4.0) {
+        if reference.number("checkZ").is_some_and(|z| z.abs() > MOST_Z) {
             eprintln!("error: {}: the two integrators do not agree; do not use this reference", subject.name);
             exit = Exit::Failed;
         }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use halfway::film::average::average;
 use halfway::film::metric::ReferenceNoise;
-use halfway::film::{Layer, Picture};
+use halfway::film::{Attribute, Layer, Picture};
 use halfway::math::curve::{self, Crossing, front};
 use halfway::render::reference::{Grown, Portion, check};
 use halfway::render::trade::{Plan, Point, Typical, summary, time_to, typical};
@@ -362,6 +362,11 @@ fn bench_reference_grows_and_checks() {
         picture.channel("variance", "G").expect("a variance").iter().map(|&value| f64::from(value)).sum()
     };
     let before = variance(&file);
+    let Some(Attribute::Text(portions)) = Picture::read(&file).unwrap().attribute("portions").cloned() else {
+        panic!("no portions")
+    };
+    let means: BTreeSet<&str> = portions.split(' ').filter_map(|portion| portion.split(':').nth(1)).collect();
+    assert!(means.len() >= 3 && means.len() == portions.split(' ').count(), "not all differ: {portions}");
 
     let again = case.run(&format!("{command} --time 400ms"));
     again.assert(0, &[]);
