@@ -25,11 +25,12 @@ def sheet(points, uvs=None, tiles=1.0):
     return without_slivers(m)
 
 
-def without_slivers(m, share=1e-7):
-    """Without the triangles that poles and pinched ends leave without area."""
+def without_slivers(m, share=1e-5):
+    """Without the triangles that poles and pinched ends leave next to no area, measured by their longest edges."""
     corners = m["positions"].astype(float)[m["triangles"]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    return dict(m, triangles=m["triangles"][area > share * area.max()])
+    longest = ((corners - np.roll(corners, 1, 1)) ** 2).sum(2).max(1)
+    return dict(m, triangles=m["triangles"][area > share * longest])
 
 
 def crinkled(m):
@@ -58,6 +59,14 @@ def turning(axis, degrees):
 def turned(m, axis, degrees, offset=(0, 0, 0)):
     turn = turning(axis, degrees)
     return shapes.mesh(m["positions"] @ turn.T + np.asarray(offset), m["triangles"], m["normals"] @ turn.T, m["uvs"])
+
+
+def facing(front):
+    """Three unit rows: right, up, and the direction `front`."""
+    front = np.asarray(front, float) / np.linalg.norm(front)
+    right = np.cross([0, 1, 0.01], front)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(front, right), front])
 
 
 def stretched(m, factors):

@@ -5,7 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+import shapes
+from forms import facing
 from glb import Glb
+from looks import lit
 
 
 def begin(name, resolution):
@@ -38,3 +41,15 @@ def sun(glb, direction, strength, color):
         glb.json["extensionsUsed"].append(name)
     glb.json["nodes"].append(dict(name="sun", rotation=turn.tolist(), extensions={name: dict(light=len(lights) - 1)}))
     glb.json["scenes"][0]["nodes"].append(len(glb.json["nodes"]) - 1)
+
+
+def sun_disc(glb, center, toward, radius, irradiance, color, corners=12):
+    """A sun with a surface, before a sky that is one: gives `irradiance` across the beam at the origin."""
+    a = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+    frame = facing(toward)
+    rim = radius * (np.cos(a)[:, None] * frame[0] + np.sin(a)[:, None] * frame[1])
+    triangles = [(0, k, k + 1) for k in range(1, corners - 1)]
+    area = corners / 2 * np.sin(2 * np.pi / corners) * radius**2
+    radiance = irradiance * (np.linalg.norm(center) ** 2) / area
+    disc = shapes.mesh(rim, triangles, [frame[2]] * corners, [(0, 0)] * corners)
+    glb.add("sun", disc, lit(glb, "sun", float(radiance), color), center)
