@@ -20,7 +20,7 @@ def metals(glb):
         steel=metal("steel", (0.6, 0.61, 0.63), 0.06), chrome=metal("chrome", (0.68, 0.69, 0.7), 0.03),
         silver=metal("silver", (0.93, 0.91, 0.87), 0.08), gold=metal("gold", (1.0, 0.75, 0.33), 0.1),
         copper=metal("copper", (0.94, 0.61, 0.5), 0.09), brass=metal("brass", (0.88, 0.72, 0.38), 0.11),
-        bronze=metal("bronze", (0.66, 0.45, 0.26), 0.12), dark=metal("gunmetal", (0.5, 0.51, 0.54), 0.12),
+        bronze=metal("bronze", (0.66, 0.45, 0.26), 0.12), dark=metal("gunmetal", (0.66, 0.67, 0.7), 0.12),
         sheet=metal("sheet metal", (0.72, 0.73, 0.75), 0.12), tray=metal("brushed tray", (0.8, 0.8, 0.78), 0.12))
 
 
@@ -111,7 +111,7 @@ def turned_ware():
 
 
 def studio(glb, metal):
-    wall = matte(glb, "studio wall", (0.46, 0.44, 0.42))
+    wall = matte(glb, "studio wall", (0.6, 0.58, 0.55))
     board = matte(glb, "baffle", (0.035, 0.035, 0.037))
     oak = printed(glb, "bench top", cloudy([0.4, 0.27, 0.17], [0.25, 0.16, 0.1], 12, seed=6))
     low, high = np.array([-1.7, -0.8, -1.1]), np.array([1.7, 1.6, 1.8])
@@ -196,9 +196,9 @@ def main():
     metal = metals(glb)
     studio(glb, metal)
     still_life(glb, metal)
-    lamp(glb, "key lamp", (-0.72, 0.95, 0.0), (-1.3, 0.75, -0.05), 0.5, 0.5, 80, (1.0, 0.84, 0.64))
-    lamp(glb, "back lamp", (0.3, 0.8, -0.2), (0.2, 0.3, -0.6), 0.6, 0.06, 45, (0.7, 0.83, 1.0))
-    lamp(glb, "fill lamp", (0.9, 1.0, 1.0), (1.7, 1.3, 1.5), 0.6, 0.6, 70, (1.0, 0.95, 0.9))
+    lamp(glb, "key lamp", (-0.72, 0.95, 0.0), (-1.3, 0.75, -0.05), 0.5, 0.5, 38, (1.0, 0.84, 0.64))
+    lamp(glb, "back lamp", (0.3, 0.8, -0.2), (0.2, 0.3, -0.6), 0.6, 0.06, 30, (0.7, 0.83, 1.0))
+    lamp(glb, "fill lamp", (0.9, 0.9, 1.1), (0.3, 1.6, 1.8), 0.6, 0.6, 32, (1.0, 0.95, 0.9))
     glb.camera("table", (0.08, 0.42, 1.05), (0.03, 0.075, 0.0), 33)
     scene.save(glb)
 

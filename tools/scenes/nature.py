@@ -92,7 +92,7 @@ def tuft(rng, blades=14, height=0.25, lean=0.5):
         positions += [root - side, root + side, bend + 0.7 * side, tip, bend - 0.7 * side]
         normals += [out + (0, 0.5, 0)] * 5
     base = np.arange(blades)[:, None, None] * 5
-    triangles = (base + np.array([[0, 1, 2], [0, 2, 4], [4, 2, 3]])).reshape(-1, 3)
+    triangles = (base + np.array([[0, 2, 1], [0, 4, 2], [4, 3, 2]])).reshape(-1, 3)
     normals = np.array(normals)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return shapes.mesh(positions, triangles, normals, np.zeros((len(positions), 2)))
