@@ -26,7 +26,7 @@ WINDOW, DINING_WINDOW = (1.15, 0.6, 2.85, 2.25), (-6.3, 0.7, -4.3, 2.25)  # x0, 
 
 def looks(glb):
     return dict(
-        wall=printed(glb, "limewash", cloudy([0.83, 0.79, 0.72], [0.77, 0.72, 0.64], seed=3)),
+        wall=printed(glb, "limewash", cloudy([0.86, 0.83, 0.77], [0.81, 0.77, 0.7], seed=3)),
         boards=printed(glb, "floor boards", planks([0.56, 0.38, 0.22], [0.42, 0.26, 0.14], 8, seed=5)),
         deck=printed(glb, "deck", planks([0.5, 0.42, 0.34], [0.36, 0.29, 0.22], 8, seed=7)),
         paint=matte(glb, "white paint", (0.8, 0.79, 0.76)), ceiling=matte(glb, "ceiling", (0.84, 0.83, 0.8)),
@@ -192,7 +192,7 @@ def living_room(glb, look, rng):
     apple = cushion((0.075, 0.07, 0.075), 0.85, 10, 16)
     for x, y, z, which in ((0.65, 0.445, -0.68, "rust"), (0.72, 0.45, -0.65, "pale"), (0.7, 0.452, -0.73, "ochre")):
         glb.add("apple", apple, look[which], (x, y, z))
-    bookcase(glb, look, (-3.17, 0, 1.75), 90, rng)
+    bookcase(glb, look, (MIDDLE + 0.38, 0, 1.75), 90, rng)
     rod = swept([(-0.95, 0, 0), (0.95, 0, 0)], 0.014, 8)
     side = arch.drape(0.5, 2.3, 5, 0.045, 16, 40, gather=0.25, seed=6)
     for x in (1.15, 2.9):
@@ -252,7 +252,7 @@ def garden(glb, look, rng):
     glb.add("sky", nature.dome(SKY_RADIUS, -0.6, 6, 24),
             lit(glb, "sky", 3.2, picture=sky([0.34, 0.54, 0.9], [0.82, 0.88, 0.96], 64)))
     toward = SUN / np.linalg.norm(SUN)
-    scene.sun_disc(glb, toward * (SKY_RADIUS - 1.3), -toward, 0.14, 48.0, (1.0, 0.88, 0.7))
+    scene.sun_disc(glb, toward * (SKY_RADIUS - 1.3), -toward, 0.14, 60.0, (1.0, 0.88, 0.7))
 
 
 def main():
@@ -263,8 +263,8 @@ def main():
     living_room(glb, look, rng)
     dining_room(glb, look)
     garden(glb, look, rng)
-    glb.camera("living room", (2.2, 1.55, 2.35), (-0.9, 1.1, -1.7), 56)
-    glb.camera("garden", (-4.4, 1.5, -11.2), (-1.0, 1.3, -2.6), 48)
+    glb.camera("living room", (1.15, 1.5, 2.42), (-0.35, 1.1, -1.7), 56)
+    glb.camera("garden", (-2.6, 1.3, -9.3), (-1.7, 1.35, -2.6), 60)
     scene.save(glb)
 
 

@@ -189,10 +189,13 @@ def court(glb, look):
 
 
 def light(glb):
-    """Sky over most of the opening; the sun comes in where it ends. Nothing looks up there."""
+    """Sky over most of the opening; the sun comes in where it ends. What the camera sees through that gap is a small
+    piece of sky behind the far parapet."""
     x, z = COURT - THICK / 2
     sky = lit(glb, "sky", 9.0, (0.72, 0.86, 1.0))
     glb.add("sky", shapes.quad((SUN_GAP - x, TOP, -z), (2 * x - SUN_GAP, 0, 0), (0, 0, 2 * z)), sky)
+    far = lit(glb, "far sky", 2.5, (0.72, 0.86, 1.0))
+    glb.add("far sky", shapes.quad((-2 * x, TOP, -z - THICK), (1.6 * x, 0, 0), (0, 8.0, 0)), far)
     scene.sun(glb, (0.6, -0.8, -0.1), 30.0, (1.0, 0.86, 0.66))
 
 
