@@ -112,7 +112,8 @@ def column(height, radius, segments=20):
     base = [(1.32 * r, y), (1.42 * r, y + 0.12 * r), (1.36 * r, y + 0.26 * r), (1.16 * r, y + 0.34 * r),
             (1.1 * r, y + 0.46 * r), (1.2 * r, y + 0.56 * r), (1.1 * r, y + 0.66 * r), (r, y + 0.74 * r)]
     shaft = [(r, y + 0.74 * r), (1.01 * r, height * 0.35), (0.97 * r, height * 0.6), (0.86 * r, top - 1.9 * r)]
-    bell = [(0.86 * r, top - 1.9 * r), (0.98 * r, top - 1.82 * r), (0.98 * r, top - 1.7 * r), (0.88 * r, top - 1.62 * r),
+    bell = [(0.86 * r, top - 1.9 * r), (0.98 * r, top - 1.82 * r), (0.98 * r, top - 1.7 * r),
+            (0.88 * r, top - 1.62 * r),
             (0.9 * r, top - 1.2 * r), (1.02 * r, top - 0.75 * r), (1.3 * r, top - 0.25 * r), (1.36 * r, top)]
     square = lambda half, low, high: shapes.box((-half, low, -half), (half, high, half))
     return shapes.joined(square(1.45 * r, 0, plinth), shapes.lathe(base, shaft, bell, segments=segments),

@@ -76,13 +76,6 @@ def stretched(m, factors):
     return shapes.mesh(m["positions"] * np.asarray(factors), m["triangles"], normals, m["uvs"])
 
 
-def globe(radius=1.0, rows=12, columns=24):
-    """A sphere with texture coordinates, coarser than `shapes.sphere` where that is enough."""
-    t = np.linspace(-np.pi / 2, np.pi / 2, rows + 1)
-    m = shapes.lathe(np.stack([radius * np.cos(t).clip(1e-9), radius * np.sin(t)], 1), segments=columns)
-    return dict(m, normals=(m["positions"] / radius).astype(np.float32))
-
-
 def cushion(size, roundness=0.35, rows=10, columns=20):
     """A box whose edges are soft, standing on y = 0: upholstery, bread, pebbles. Roundness 1 is an ellipsoid."""
     power = lambda v: np.sign(v) * np.abs(v) ** roundness

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes scenes/garden.glb: a walled corner of a garden under trees. Sun and sky reach the ground through masked leaves,
-so that visibility changes from one point to the next: what connects well at one place is no guide for its neighbour, and
-much light has passed from leaf to leaf. Wholly Lambert.
+so that visibility changes from one point to the next: what connects well at one place is no guide for its neighbour,
+and much light has passed from leaf to leaf. Wholly Lambert.
 
     python3 tools/scenes/garden.py [OUT.glb]
 """
@@ -29,7 +29,8 @@ def looks(glb):
     broad = nature.leaves_picture(128, 15, 5)
     stone = blocks([0.62, 0.56, 0.48], [0.42, 0.37, 0.31], [0.26, 0.24, 0.21], 6, 3, seed=3, gap=0.014)
     return dict(
-        lime=leafy(glb, "lime leaves", spray, (0.85, 1.0, 0.8)), birch=leafy(glb, "birch leaves", spray, (1.0, 1.0, 0.55)),
+        lime=leafy(glb, "lime leaves", spray, (0.85, 1.0, 0.8)),
+        birch=leafy(glb, "birch leaves", spray, (1.0, 1.0, 0.55)),
         hedge=leafy(glb, "hedge leaves", spray, (0.6, 0.75, 0.55)), ivy=leafy(glb, "ivy", broad, (0.65, 0.85, 0.6)),
         bush=leafy(glb, "bush leaves", broad, (0.95, 1.0, 0.75)),
         core=matte(glb, "inside of the hedge", (0.035, 0.045, 0.02)),
@@ -122,7 +123,8 @@ def walls(glb, look, rng):
 def trees(glb, look):
     for i, (x, z, tall, leaf, bark, turn) in enumerate((
             (2.9, -2.9, 1.75, "lime", "bark", 0), (-3.3, -2.9, 1.9, "birch", "pale_bark", 40),
-            (3.4, 2.3, 1.8, "lime", "bark", 100), (-3.5, 1.7, 2.0, "birch", "pale_bark", 150), (-1.9, -8.2, 2.2, "lime", "bark", 200), (3.2, -8.4, 2.4, "birch", "bark", 70))):
+            (3.4, 2.3, 1.8, "lime", "bark", 100), (-3.5, 1.7, 2.0, "birch", "pale_bark", 150),
+            (-1.9, -8.2, 2.2, "lime", "bark", 200), (3.2, -8.4, 2.4, "birch", "bark", 70))):
         rng = np.random.default_rng(40 + i)
         wood, tips = nature.branching(rng, tall, 0.13, 3, 3, 0.8)
         glb.add("tree", wood, look[bark], on_ground(x, z, 0.08), turn)
@@ -132,12 +134,14 @@ def trees(glb, look):
 def furniture(glb, look, rng):
     plank = lambda low, high: shapes.box(low, high, 0.8)
     slats = [plank((-0.8, 0.42, z - 0.045), (0.8, 0.45, z + 0.045)) for z in (-0.18, -0.07, 0.04, 0.15)]
-    rest = [turned(plank((-0.8, y, -0.012), (0.8, y + 0.08, 0.012)), "x", -10, (0, 0.02, -0.16)) for y in (0.52, 0.64, 0.76)]
+    rest = [turned(plank((-0.8, y, -0.012), (0.8, y + 0.08, 0.012)), "x", -10, (0, 0.02, -0.16))
+            for y in (0.52, 0.64, 0.76)]
     legs = [plank((x - 0.035, -0.05, z - 0.035), (x + 0.035, top, z + 0.035))
             for x in (-0.74, 0.74) for z, top in ((0.17, 0.62), (-0.27, 0.92))]
     arms = [plank((x - 0.045, 0.62, -0.27), (x + 0.045, 0.655, 0.24)) for x in (-0.74, 0.74)]
     glb.add("bench", shapes.joined(*slats, *rest, *legs, *arms), look["teak"], on_ground(1.5, -3.4, 0.01), -12)
-    pot = shapes.lathe([(0, 0), (0.12, 0)], [(0.12, 0), (0.18, 0.28)], [(0.18, 0.28), (0.2, 0.29), (0.2, 0.35), (0.175, 0.35)],
+    pot = shapes.lathe([(0, 0), (0.12, 0)], [(0.12, 0), (0.18, 0.28)],
+                       [(0.18, 0.28), (0.2, 0.29), (0.2, 0.35), (0.175, 0.35)],
                        [(0.175, 0.35), (0.16, 0.3), (0.0, 0.3)], segments=28)
     n = rng.normal(size=(150, 3)) + (0, 0.8, 0)
     n /= np.linalg.norm(n, axis=1, keepdims=True)
@@ -153,7 +157,8 @@ def furniture(glb, look, rng):
     for x, z, scale in ((-4.0, -3.6, 2.2), (-3.9, 0.2, 2.0), (3.9, -3.7, 2.1), (-4.1, 2.2, 2.4), (3.6, 0.9, 1.9)):
         glb.add("bush", bush, look["bush"], on_ground(x, z, -0.2), 50 * z, scale)
         glb.add("blossoms", petals, look["rose" if x < 0 else "white"], on_ground(x, z, -0.2), 50 * z, scale)
-    can = shapes.lathe([(0, 0), (0.11, 0)], [(0.11, 0), (0.115, 0.26)], [(0.115, 0.26), (0.1, 0.262), (0.095, 0.1), (0, 0.1)],
+    can = shapes.lathe([(0, 0), (0.11, 0)], [(0.11, 0), (0.115, 0.26)],
+                       [(0.115, 0.26), (0.1, 0.262), (0.095, 0.1), (0, 0.1)],
                        segments=28)
     t = np.linspace(0, np.pi, 16)
     handle = swept(np.stack([0 * t, 0.26 + 0.1 * np.sin(t), 0.105 * np.cos(t)], 1), 0.008, 8)

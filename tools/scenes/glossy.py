@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes scenes/glossy.glb: a still life of polished metal in a dim studio, whose lamps shine at metal sheets, not at the
-table. Nearly every light path goes by two or more narrow lobes, so that a connection between given vertices is worth
-next to nothing: the honest failure case of methods that connect.
+"""Makes scenes/glossy.glb: a still life of polished metal in a dim studio, whose lamps shine at metal sheets, not at
+the table. Nearly every light path goes by two or more narrow lobes, so that a connection between given vertices is
+worth next to nothing: the honest failure case of methods that connect.
 
     python3 tools/scenes/glossy.py [OUT.glb]
 """
@@ -32,7 +32,8 @@ def gear(teeth, radius, hole, depth):
     reach = np.tile(corners[:, 1], (teeth, 1)) * radius
     outline = np.stack([reach * np.cos(angle), reach * np.sin(angle)], 2).reshape(-1, 2)
     round_hole = hole * np.stack([np.cos(angle), np.sin(angle)], 2).reshape(-1, 2)
-    hub = shapes.lathe([(1.9 * hole, depth), (1.9 * hole, 1.5 * depth)], [(1.9 * hole, 1.5 * depth), (hole, 1.5 * depth)],
+    hub = shapes.lathe([(1.9 * hole, depth), (1.9 * hole, 1.5 * depth)],
+                       [(1.9 * hole, 1.5 * depth), (hole, 1.5 * depth)],
                        [(hole, 1.5 * depth), (hole, depth)])
     return shapes.joined(turned(extruded(outline, round_hole, depth), "x", -90), hub)
 
@@ -52,10 +53,12 @@ def spoon(length=0.17):
 
 def fork(length=0.13):
     t = np.linspace(0, 1, 24)
-    stem = stretched(swept(np.stack([-length * t, 0.008 + 0.012 * np.sin(np.pi * t), 0 * t], 1), 0.0028, 10), (1, 1, 1.7))
+    stem = stretched(swept(np.stack([-length * t, 0.008 + 0.012 * np.sin(np.pi * t), 0 * t], 1), 0.0028, 10),
+                     (1, 1, 1.7))
     root = shapes.moved(cushion((0.03, 0.005, 0.026), 0.6), (0.01, 0.0055, 0))
     t = t[:12] / t[11]
-    prongs = [swept(np.stack([0.015 + 0.045 * t, 0.008 - 0.004 * np.sin(np.pi * t), 0 * t + z], 1), 0.0021 - 0.001 * t**4, 8)
+    prongs = [swept(np.stack([0.015 + 0.045 * t, 0.008 - 0.004 * np.sin(np.pi * t), 0 * t + z], 1),
+                    0.0021 - 0.001 * t**4, 8)
               for z in (-0.0096, -0.0032, 0.0032, 0.0096)]
     return shapes.joined(stem, root, *prongs)
 
@@ -77,7 +80,8 @@ def tray():
     profile = ((0.0, 0.0), (0.9, 0.0), (0.985, 0.008), (1.04, 0.02), (1.045, 0.022), (1.04, 0.024), (0.97, 0.012),
                (0.89, 0.004), (0.0, 0.004))
     ring = lambda k, y: round_ * np.array([k, 0, k]) + (0, y, 0)
-    return shapes.joined(*(sheet(np.stack([ring(*one), ring(*two)])[:, ::-1]) for one, two in zip(profile, profile[1:])))
+    return shapes.joined(*(sheet(np.stack([ring(*one), ring(*two)])[:, ::-1])
+                           for one, two in zip(profile, profile[1:])))
 
 
 def turned_ware():
@@ -89,21 +93,24 @@ def turned_ware():
                         [(0.044, 0.308), (0.029, 0.285), (0.025, 0.255), (0.034, 0.22), (0.0, 0.12)], segments=64)
     jug = shapes.lathe([(0, 0), (0.05, 0)], [(0.05, 0), (0.058, 0.012), (0.064, 0.05), (0.058, 0.1), (0.044, 0.14),
                                              (0.038, 0.165), (0.045, 0.19)],
-                       [(0.045, 0.19), (0.042, 0.19)], [(0.042, 0.19), (0.035, 0.165), (0.04, 0.14), (0, 0.05)], segments=64)
+                       [(0.045, 0.19), (0.042, 0.19)],
+                       [(0.042, 0.19), (0.035, 0.165), (0.04, 0.14), (0, 0.05)], segments=64)
     t = np.linspace(0, 1, 30)
     handle = np.stack([0.04 + 0.065 * np.sin(np.pi * t) ** 0.8, 0.178 - 0.125 * t, 0 * t], 1)
-    handle[-1, 0] = 0.055
     jug = shapes.joined(jug, swept(handle, 0.0062 - 0.002 * t, 12))
-    goblet = shapes.lathe([(0, 0), (0.037, 0)], [(0.037, 0), (0.038, 0.003), (0.02, 0.009), (0.007, 0.016), (0.0055, 0.05),
+    goblet = shapes.lathe([(0, 0), (0.037, 0)], [(0.037, 0), (0.038, 0.003), (0.02, 0.009), (0.007, 0.016),
+                                                 (0.0055, 0.05),
                                                (0.01, 0.06), (0.006, 0.07), (0.012, 0.082), (0.031, 0.1), (0.039, 0.13),
                                                (0.037, 0.165)],
-                          [(0.037, 0.165), (0.0355, 0.165)], [(0.0355, 0.165), (0.037, 0.13), (0.029, 0.102), (0, 0.088)],
+                          [(0.037, 0.165), (0.0355, 0.165)],
+                          [(0.0355, 0.165), (0.037, 0.13), (0.029, 0.102), (0, 0.088)],
                           segments=56)
     bowl = shapes.lathe([(0, 0.0), (0.035, 0.0)], [(0.035, 0.0), (0.035, 0.008)],
                         [(0.035, 0.008), (0.07, 0.022), (0.095, 0.05), (0.104, 0.075)], [(0.104, 0.075), (0.1, 0.076)],
                         [(0.1, 0.076), (0.091, 0.052), (0.067, 0.026), (0, 0.013)], segments=64)
     candlestick = shapes.lathe([(0, 0), (0.055, 0)], [(0.055, 0), (0.056, 0.006)],
-                               [(0.056, 0.006), (0.05, 0.013), (0.03, 0.018), (0.014, 0.03), (0.01, 0.05), (0.018, 0.07),
+                               [(0.056, 0.006), (0.05, 0.013), (0.03, 0.018), (0.014, 0.03), (0.01, 0.05),
+                                (0.018, 0.07),
                                 (0.022, 0.085), (0.015, 0.1), (0.008, 0.115), (0.008, 0.18), (0.013, 0.195),
                                 (0.024, 0.205)], [(0.024, 0.205), (0.024, 0.212), (0.014, 0.212)],
                                [(0.014, 0.212), (0.014, 0.235), (0.0, 0.235)], segments=48)
@@ -146,7 +153,8 @@ def lamp(glb, name, center, aim, width, height, strength, color):
         shapes.box((-w - wall, -h - wall, -0.01), (w + wall, h + wall, -0.002)),
         *(shapes.box(*ends) for ends in (((-w - wall, -h - wall, -0.002), (-w, h + wall, deep)),
                                          ((w, -h - wall, -0.002), (w + wall, h + wall, deep)),
-                                         ((-w, -h - wall, -0.002), (w, -h, deep)), ((-w, h, -0.002), (w, h + wall, deep)))))
+                                         ((-w, -h - wall, -0.002), (w, -h, deep)),
+                                         ((-w, h, -0.002), (w, h + wall, deep)))))
     glb.add(name + " hood", place(hood), matte(glb, name + " hood", (0.03, 0.03, 0.03)))
     glb.add(name, place(shapes.quad((-w, -h, 0), (2 * w, 0, 0), (0, 2 * h, 0))), lit(glb, name, strength, color))
 

@@ -14,6 +14,7 @@ import pictures
 import scene
 import shapes
 from forms import cushion, swept, turned
+from household import bookcase, chair, seat, table
 from looks import blocks, cloudy, damask, lit, matte, planks, printed, sky
 
 WEST, MIDDLE, EAST, DEEP, HIGH, WALL = -7.0, -3.25, 3.3, 2.6, 2.7, 0.24
@@ -36,7 +37,8 @@ def looks(glb):
         walnut=matte(glb, "walnut", (0.22, 0.13, 0.075)), iron=matte(glb, "iron", (0.05, 0.05, 0.055)),
         wool=printed(glb, "blue wool", cloudy([0.13, 0.24, 0.36], [0.09, 0.17, 0.28], 24, seed=4)),
         ochre=matte(glb, "ochre cushion", (0.72, 0.45, 0.1)), rust=matte(glb, "rust cushion", (0.55, 0.16, 0.08)),
-        cream=matte(glb, "cream linen", (0.78, 0.73, 0.63), doubleSided=True), clay=matte(glb, "clay", (0.56, 0.25, 0.14)),
+        cream=matte(glb, "cream linen", (0.78, 0.73, 0.63), doubleSided=True),
+        clay=matte(glb, "clay", (0.56, 0.25, 0.14)),
         rug=printed(glb, "rug", damask([0.5, 0.1, 0.08], [0.14, 0.13, 0.26], [0.76, 0.62, 0.36])),
         leaf=matte(glb, "leaves", (0.15, 0.3, 0.06), doubleSided=True),
         pale=matte(glb, "pale leaves", (0.28, 0.4, 0.1), doubleSided=True),
@@ -74,12 +76,15 @@ def shell(glb, look):
     corner = lambda y: np.array([WEST - WALL, y, DEEP + WALL / 2])
     across, inward = np.array([long + 2 * WALL, 0, 0]), np.array([0, 0, -2 * DEEP - WALL])
     glb.add("floor", shapes.quad(corner(0.001), across, inward, (5, 2.7)), look["boards"])
-    glb.add("plinth", shapes.box((WEST - WALL, -0.3, -DEEP - WALL / 2), (EAST + WALL, 0, DEEP + WALL / 2)), look["wall"])
+    glb.add("plinth", shapes.box((WEST - WALL, -0.3, -DEEP - WALL / 2), (EAST + WALL, 0, DEEP + WALL / 2)),
+            look["wall"])
     glb.add("ceiling", shapes.box((WEST - WALL, HIGH, -DEEP - WALL / 2), (EAST + WALL, HIGH + 0.1, DEEP + WALL / 2)),
             look["ceiling"])
     for x in np.linspace(WEST + 0.7, EAST - 0.7, 8):
-        glb.add("beam", shapes.box((x - 0.07, HIGH - 0.16, -DEEP + 0.12), (x + 0.07, HIGH + 0.01, DEEP - 0.12)), look["oak"])
-    skirting = [((WEST, 0, DEEP - 0.14), (EAST, 0.11, DEEP - 0.1)), ((EAST - 0.02, 0, -DEEP + 0.12), (EAST + 0.01, 0.11, DEEP)),
+        glb.add("beam", shapes.box((x - 0.07, HIGH - 0.16, -DEEP + 0.12), (x + 0.07, HIGH + 0.01, DEEP - 0.12)),
+                look["oak"])
+    skirting = [((WEST, 0, DEEP - 0.14), (EAST, 0.11, DEEP - 0.1)),
+                ((EAST - 0.02, 0, -DEEP + 0.12), (EAST + 0.01, 0.11, DEEP)),
                 ((MIDDLE + 0.05, 0, -DEEP + 0.12), (MIDDLE + 0.09, 0.11, -0.72)),
                 ((0.5, 0, -DEEP + 0.1), (EAST, 0.11, -DEEP + 0.14))]
     for low, high in skirting:
@@ -87,7 +92,8 @@ def shell(glb, look):
     for hole, panes in ((WINDOW, 2), (DINING_WINDOW, 3)):
         window(glb, look, hole, -DEEP, panes)
     x0, _, x1, top = DOOR
-    jambs = shapes.joined(shapes.box((x0, 0, -0.13), (x0 + 0.06, top, 0.13)), shapes.box((x1 - 0.06, 0, -0.13), (x1, top, 0.13)),
+    jambs = shapes.joined(shapes.box((x0, 0, -0.13), (x0 + 0.06, top, 0.13)),
+                          shapes.box((x1 - 0.06, 0, -0.13), (x1, top, 0.13)),
                           shapes.box((x0, top - 0.06, -0.128), (x1, top, 0.128)))
     glb.add("door frame", jambs, look["paint"], (0, 0, -DEEP))
     width = (x1 - x0) / 2 - 0.08
@@ -113,7 +119,8 @@ def roof(glb, look):
     glb.add("gable", gable, look["siding"], (WEST - WALL, HIGH, 0), 180)
     porch = shapes.box((-length / 2, 0.0, 0.0), (length / 2, 0.07, PORCH + 0.1), 2.0)
     glb.add("veranda roof", turned(porch, "x", 7), look["roof"], (middle, HIGH + 0.2, -DEEP - 0.02), 180)
-    glb.add("deck", shapes.box((WEST - 0.2, -0.3, -DEEP - PORCH - 0.1), (EAST + 0.2, -0.04, -DEEP - 0.12), 1.2), look["deck"])
+    glb.add("deck", shapes.box((WEST - 0.2, -0.3, -DEEP - PORCH - 0.1), (EAST + 0.2, -0.04, -DEEP - 0.12), 1.2),
+            look["deck"])
     glb.add("steps", shapes.box((-2.2, -0.3, -DEEP - PORCH - 0.45), (0, -0.17, -DEEP - PORCH - 0.1), 1.2), look["deck"])
     edge = -DEEP - PORCH  # the middle of its posts
     glb.add("veranda beam", shapes.box((WEST - 0.1, 2.5, edge - 0.07), (EAST + 0.1, 2.66, edge + 0.07)), look["paint"])
@@ -122,61 +129,9 @@ def roof(glb, look):
         glb.add("post", shapes.box((x - 0.06, -0.04, edge - 0.06), (x + 0.06, 2.5, edge + 0.06)), look["paint"])
     for a, b in ((posts[0], posts[1]), (posts[1], posts[2] - 0.4), (posts[3], posts[4])):
         rails = [shapes.box((a, y, -0.02), (b, y + 0.05, 0.02)) for y in (0.08, 0.78)]
-        bars = [shapes.box((x - 0.015, 0.1, -0.01), (x + 0.015, 0.8, 0.01)) for x in np.arange(a + 0.14, b - 0.05, 0.14)]
+        bars = [shapes.box((x - 0.015, 0.1, -0.01), (x + 0.015, 0.8, 0.01))
+                for x in np.arange(a + 0.14, b - 0.05, 0.14)]
         glb.add("railing", shapes.joined(*rails, *bars), look["paint"], (0, 0, edge))
-
-
-def seat(glb, look, name, width, at, turn, cushions):
-    """A sofa or an armchair, its back to local -z."""
-    base = shapes.joined(shapes.moved(cushion((width, 0.22, 0.82), 0.18), (0, 0.12, 0)),
-                         shapes.moved(cushion((width, 0.62, 0.2), 0.25), (0, 0.2, -0.36)),
-                         *(shapes.moved(cushion((0.2, 0.44, 0.84), 0.25), (s * (width / 2 - 0.08), 0.14, 0)) for s in (-1, 1)))
-    glb.add(name, base, look["wool"], at, turn)
-    inner = width - 0.34
-    seats = max(1, round(inner / 0.75))
-    pad = shapes.joined(*(shapes.moved(cushion((inner / seats - 0.01, 0.17, 0.66), 0.3),
-                                       ((k - (seats - 1) / 2) * inner / seats, 0.33, 0.06)) for k in range(seats)))
-    glb.add(name + " seat", pad, look["wool"], at, turn)
-    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-    pillow = turned(cushion((0.42, 0.42, 0.15), 0.5), "x", -18)
-    for x, material in cushions:
-        glb.add("cushion", pillow, look[material], (at[0] + c * x - s * 0.16, at[1] + 0.48, at[2] - s * x - c * 0.16), turn + 8)
-    legs = shapes.joined(*(shapes.box((x - 0.03, 0, z - 0.03), (x + 0.03, 0.14, z + 0.03))
-                           for x in (-width / 2 + 0.12, width / 2 - 0.12) for z in (-0.32, 0.32)))
-    glb.add("legs", legs, look["walnut"], at, turn)
-
-
-def table(width, depth, height, leg=0.05):
-    legs = [shapes.box((x - leg / 2, 0, z - leg / 2), (x + leg / 2, height - 0.035, z + leg / 2))
-            for x in (-width / 2 + 0.08, width / 2 - 0.08) for z in (-depth / 2 + 0.08, depth / 2 - 0.08)]
-    rim = shapes.box((-width / 2 + 0.06, height - 0.1, -depth / 2 + 0.06), (width / 2 - 0.06, height - 0.035, depth / 2 - 0.06))
-    return shapes.joined(shapes.box((-width / 2, height - 0.035, -depth / 2), (width / 2, height, depth / 2), 0.8), rim, *legs)
-
-
-def chair():
-    legs = [swept([(x, 0, z), (0.9 * x, h, z * 0.95)], 0.018, 8) for x in (-0.19, 0.19) for z, h in ((0.19, 0.44), (-0.19, 0.92))]
-    slats = [shapes.moved(cushion((0.36, 0.07, 0.02), 0.3), (0, y, -0.183)) for y in (0.62, 0.73, 0.84)]
-    return shapes.joined(shapes.moved(cushion((0.44, 0.04, 0.42), 0.25), (0, 0.43, 0)), *legs, *slats)
-
-
-def bookcase(glb, look, at, turn, rng):
-    width, height, deep = 1.5, 2.1, 0.3
-    shelf = lambda y: shapes.box((-width / 2 + 0.03, y, -deep + 0.02), (width / 2 - 0.03, y + 0.03, 0))
-    sides = [shapes.box((s * width / 2 - 0.015, 0, -deep), (s * width / 2 + 0.015, height, 0)) for s in (-1, 1)]
-    levels = np.linspace(0.06, height - 0.03, 6)
-    glb.add("bookcase", shapes.joined(*sides, *map(shelf, levels), shapes.box(
-        (-width / 2, 0.0, -deep), (width / 2, height, -deep + 0.02))), look["oak"], at, turn)
-    rows = [[] for _ in look["books"]]
-    for y in levels[:-1]:
-        x = -width / 2 + 0.04
-        while x < width / 2 - 0.1:
-            thick, tall, deep_in = rng.uniform(0.015, 0.045), rng.uniform(0.2, 0.32), rng.uniform(0.15, 0.23)
-            if rng.random() < 0.9:
-                rows[rng.integers(len(rows))].append(
-                    shapes.box((x, y + 0.0305, -deep + 0.03), (x + thick, y + 0.03 + tall, -deep + 0.03 + deep_in)))
-            x += thick + 0.002
-    for row, material in zip(rows, look["books"]):
-        glb.add("books", shapes.joined(*row), material, at, turn)
 
 
 def living_room(glb, look, rng):
@@ -185,7 +140,8 @@ def living_room(glb, look, rng):
     seat(glb, look, "armchair", 0.95, (-1.75, 0.0, -0.75), 70, ((0.0, "cream"),))
     glb.add("low table", table(1.1, 0.6, 0.4), look["oak"], (0.65, 0.015, -0.4), 90)
     for i, (x, z, turn) in enumerate(((0.62, -0.15, 20), (0.64, -0.16, 32), (0.6, -0.14, 8))):
-        glb.add("book", shapes.box((-0.13, 0, -0.09), (0.13, 0.028, 0.09)), look["books"][i], (x, 0.416 + 0.0285 * i, z), turn)
+        glb.add("book", shapes.box((-0.13, 0, -0.09), (0.13, 0.028, 0.09)), look["books"][i],
+                (x, 0.416 + 0.0285 * i, z), turn)
     bowl = shapes.lathe([(0, 0), (0.06, 0.0), (0.12, 0.035), (0.15, 0.085)], [(0.15, 0.085), (0.143, 0.086)],
                         [(0.143, 0.086), (0.112, 0.04), (0, 0.015)], segments=36)
     glb.add("bowl", bowl, look["clay"], (0.68, 0.416, -0.68))
@@ -201,7 +157,8 @@ def living_room(glb, look, rng):
     for x in (-2.95, 0.75):
         glb.add("curtain", side, look["cream"], (x, 2.46, -DEEP + 0.2))
     glb.add("curtain rod", swept([(-2.05, 0, 0), (2.05, 0, 0)], 0.014, 8), look["iron"], (-1.15, 2.48, -DEEP + 0.2))
-    foot = shapes.lathe([(0.16, 0), (0.16, 0.02)], [(0.16, 0.02), (0.03, 0.035), (0.013, 0.06), (0.013, 1.5)], segments=24)
+    foot = shapes.lathe([(0.16, 0), (0.16, 0.02)], [(0.16, 0.02), (0.03, 0.035), (0.013, 0.06), (0.013, 1.5)],
+                        segments=24)
     glb.add("lamp foot", foot, look["iron"], (2.75, 0, -2.0))
     glb.add("lamp shade", shapes.lathe([(0.23, 1.42), (0.15, 1.75)], segments=32), look["cream"], (2.75, 0, -2.0))
     pot = shapes.lathe([(0, 0), (0.13, 0)], [(0.13, 0), (0.19, 0.32)], [(0.19, 0.32), (0.2, 0.36), (0.18, 0.36)],
@@ -214,8 +171,10 @@ def living_room(glb, look, rng):
         glb.add("plant", plant, look["leaf"], (x, 0.3, z), 70 * x)
     for x, y, w, h, tint in ((3.27, 1.7, 0.7, 0.5, "ochre"), (3.27, 1.65, 0.4, 0.55, "wool")):
         z = -0.9 if tint == "ochre" else 0.1
-        glb.add("picture frame", shapes.box((x - 0.03, y - h / 2, z - w / 2), (x + 0.04, y + h / 2, z + w / 2)), look["walnut"])
-        glb.add("picture", shapes.quad((x - 0.032, y - h / 2 + 0.04, z - w / 2 + 0.04), (0, 0, w - 0.08), (0, h - 0.08, 0)), look[tint])
+        glb.add("picture frame", shapes.box((x - 0.03, y - h / 2, z - w / 2), (x + 0.04, y + h / 2, z + w / 2)),
+                look["walnut"])
+        glb.add("picture", shapes.quad((x - 0.032, y - h / 2 + 0.04, z - w / 2 + 0.04), (0, 0, w - 0.08),
+                                       (0, h - 0.08, 0)), look[tint])
 
 
 def dining_room(glb, look):

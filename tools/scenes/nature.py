@@ -11,11 +11,11 @@ SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * 0.5
 LOZENGE = np.array([(0, -0.5), (0.22, 0.0), (0, 0.5), (-0.22, 0.0)])
 
 
-def cards(centers, facings, sizes, rng, outline=SQUARE, upright=0.0):
-    """A flat four-cornered card at each centre, turned at random about its facing; `upright` 1 keeps its top up."""
+def cards(centers, facings, sizes, rng, outline=SQUARE):
+    """A flat four-cornered card at each centre, turned at random about its facing; without normals, as there are
+    many and they are flat."""
     n = facings / np.linalg.norm(facings, axis=1, keepdims=True)
-    up = rng.normal(size=n.shape) * (1 - upright) + np.array([0, 1.0, 0.01]) * upright
-    u = np.cross(up, n)
+    u = np.cross(rng.normal(size=n.shape), n)
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(n, u)
     flat = outline[None, :, :1] * u[:, None] + outline[None, :, 1:] * v[:, None]
@@ -23,7 +23,7 @@ def cards(centers, facings, sizes, rng, outline=SQUARE, upright=0.0):
     count = len(n)
     triangles = (np.arange(count)[:, None, None] * 4 + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     uvs = np.tile(np.array([0.5, 0.5]) + outline * (1, -1), (count, 1))
-    return shapes.mesh(p.reshape(-1, 3), triangles, np.repeat(n, 4, 0), uvs)
+    return shapes.mesh(p.reshape(-1, 3), triangles, None, uvs)
 
 
 def branching(rng, height, radius, levels=3, forks=3, spread=0.75, lean=0.15):

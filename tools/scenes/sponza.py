@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes scenes/sponza.glb: a courtyard with arcades in two storeys, after the atrium that everybody renders. Sky and a
-little sun come in from above; the camera stands in the gallery, where nearly all light has been reflected off the court,
-its walls and the cloths that hang there: many surfaces matter, each to other parts of the picture. Wholly Lambert.
+little sun come in from above; the camera stands in the gallery, where nearly all light has been reflected off the
+court, its walls and the cloths that hang there: many surfaces matter, each to other parts of the picture. Wholly
+Lambert.
 
     python3 tools/scenes/sponza.py [OUT.glb]
 """
@@ -9,6 +10,7 @@ its walls and the cloths that hang there: many surfaces matter, each to other pa
 import numpy as np
 
 import architecture as arch
+import nature
 import scene
 import shapes
 from forms import swept
@@ -85,7 +87,8 @@ def arcades(glb, look):
                 glb.add("upper archivolt", upper_band, look["carved"], placed(turn, x, 0, distance + z), turn + facing)
             glb.add("rail", rail, look["carved"], placed(turn, x, FLOOR, distance), turn)
             for i in range(6):
-                glb.add("baluster", baluster, look["carved"], placed(turn, x + (i - 2.5) * 0.38, FLOOR + 0.08, distance))
+                glb.add("baluster", baluster, look["carved"],
+                        placed(turn, x + (i - 2.5) * 0.38, FLOOR + 0.08, distance))
             if k:  # the corners have piers
                 foot = placed(turn, x - BAY / 2, 0, distance)
                 glb.add("column", column, look["carved"], foot, turn)
@@ -104,7 +107,8 @@ def galleries(glb, look):
                              shapes.box((-0.26, 0, -0.22), (0.26, 0.3, 0.0)),
                              shapes.box((-0.26, SPRING - 0.2, -0.24), (0.26, SPRING, 0.0)))
     beam = shapes.box((-0.09, ROOF - 0.22, -deep / 2), (0.09, ROOF + 0.02, deep / 2))
-    doorway = shapes.joined(shapes.box((-0.75, 0, -0.12), (-0.58, 2.2, 0)), shapes.box((0.58, 0, -0.12), (0.75, 2.2, 0)),
+    doorway = shapes.joined(shapes.box((-0.75, 0, -0.12), (-0.58, 2.2, 0)),
+                            shapes.box((0.58, 0, -0.12), (0.75, 2.2, 0)),
                             shapes.box((-0.85, 2.2, -0.16), (0.85, 2.42, 0)))
     door = shapes.box((-0.58, 0, -0.05), (0.58, 2.2, 0))
     door["uvs"] = door["uvs"][:, ::-1].copy()
@@ -164,23 +168,17 @@ def court(glb, look):
     tub = shapes.lathe([(0.24, 0.0), (0.32, 0.44)], [(0.32, 0.44), (0.34, 0.46), (0.34, 0.52), (0.3, 0.52)],
                        [(0.3, 0.52), (0.28, 0.46), (0.0, 0.46)], segments=28)
     rng = np.random.default_rng(9)
-    leaf = shapes.mesh([(-1, 0, 0), (0, -0.45, 0), (1, 0, 0), (0, 0.45, 0)], [(0, 1, 2), (0, 2, 3)], [(0, 0, 1)] * 4,
-                       [(0, 0)] * 4)
-    crown = []
-    for n in rng.normal(size=(700, 3)):
-        n /= np.linalg.norm(n)
-        frame = np.linalg.qr(np.stack([n + rng.normal(size=3) * 0.5, rng.normal(size=3), rng.normal(size=3)], 1))[0]
-        p = leaf["positions"] * 0.05 @ frame[:, [1, 2, 0]].T + n * (0.36 + 0.05 * rng.random())
-        crown.append(shapes.mesh(p, leaf["triangles"], [n] * 4, leaf["uvs"]))
-    crown = shapes.joined(*crown)
-    normal = np.cross(*np.moveaxis(np.diff(crown["positions"].reshape(-1, 4, 3)[:, :3], axis=1), 1, 0))
-    crown["normals"] = np.repeat(normal / np.linalg.norm(normal, axis=1, keepdims=True), 4, 0).astype(np.float32)
+    n = rng.normal(size=(900, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    crown = nature.cards(n * rng.uniform(0.3, 0.42, (900, 1)), n + rng.normal(size=n.shape) * 0.4, np.full(900, 0.12),
+                         rng, nature.LOZENGE)
     trunk = swept([(0, 0.4, 0), (0.02, 0.8, 0.01), (0, 1.2, 0)], 0.03, 8)
     for x, z in ((-2.6, 2.4), (2.6, 2.6), (-2.6, -4.4), (2.6, -4.6)):
         glb.add("tub", tub, look["clay"], (x, -0.15, z))
         glb.add("trunk", trunk, look["wood"], (x, -0.15, z))
         glb.add("crown", crown, look["green"], (x, 1.32, z), turn_y=40 * x * z)
-    for x, z, size in ((6.7, 2.9, 1), (6.75, 2.2, 0.75), (6.7, -2.6, 1.1), (-6.6, 0.2, 1), (6.6, 5.6, 0.9), (4.95, -6.9, 0.9)):
+    for x, z, size in ((6.7, 2.9, 1), (6.75, 2.2, 0.75), (6.7, -2.6, 1.1), (-6.6, 0.2, 1), (6.6, 5.6, 0.9),
+                       (4.95, -6.9, 0.9)):
         glb.add("jar", jar, look["clay"], (x, 0, z), 30 * x, size)
     bench = shapes.joined(shapes.box((-0.9, 0.38, -0.22), (0.9, 0.46, 0.22)),
                           *(shapes.box((x - 0.08, 0, -0.18), (x + 0.08, 0.38, 0.18)) for x in (-0.65, 0.65)))
