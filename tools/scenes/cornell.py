@@ -31,7 +31,7 @@ def main():
     glb = scene.begin("cornell", (400, 400))
     white = matte(glb, "white", (0.74, 0.73, 0.7))
     red, green = matte(glb, "red", (0.57, 0.045, 0.04)), matte(glb, "green", (0.11, 0.37, 0.075))
-    lamp = lit(glb, "lamp", 32.0, (1.0, 0.76, 0.46))
+    lamp = lit(glb, "lamp", 45.0, (1.0, 0.76, 0.46))
     x, y, z = np.diag((WIDTH, HEIGHT, DEPTH))
     glb.add("floor", shapes.quad(z, x, -z), white)
     glb.add("ceiling", shapes.quad(y, x, z), white)

@@ -101,8 +101,8 @@ def galleries(glb, look):
     deep = GALLERY - THICK / 2
     middle = THICK / 2 + deep / 2
     vault, corner = arch.groin_vault(BAY, deep, 1.3, tiles=2.0), arch.groin_vault(deep, deep, 1.3, tiles=2.0)
-    a = np.linspace(0, np.pi, 25)
-    rib = swept(np.stack([0 * a, 1.3 * np.sin(a), deep / 2 * np.cos(a)], 1), 0.1, 8, capped=False)
+    a = np.linspace(0, np.pi, 21)
+    rib = swept(np.stack([0 * a, 1.3 * np.sin(a), deep / 2 * np.cos(a)], 1), 0.1, 6, capped=False)
     pilaster = shapes.joined(shapes.box((-0.2, 0, -0.16), (0.2, SPRING - 0.2, 0.0)),
                              shapes.box((-0.26, 0, -0.22), (0.26, 0.3, 0.0)),
                              shapes.box((-0.26, SPRING - 0.2, -0.24), (0.26, SPRING, 0.0)))
@@ -136,8 +136,8 @@ def cloths(glb):
         ("madder", ([0.62, 0.07, 0.06], [0.72, 0.2, 0.1], [0.85, 0.62, 0.2])),
         ("woad", ([0.07, 0.16, 0.42], [0.14, 0.28, 0.55], [0.8, 0.7, 0.4])),
         ("weld", ([0.16, 0.34, 0.14], [0.28, 0.45, 0.18], [0.82, 0.66, 0.25])))]
-    curtains = [arch.drape(1.9, 2.75, 5, 0.07, seed=1), arch.drape(0.75, 2.7, 5, 0.05, 20, 40, gather=0.55, seed=2)]
-    banner = arch.drape(1.3, 2.6, 2, 0.035, 20, 28, seed=3)
+    curtains = [arch.drape(1.9, 2.75, 5, 0.07, 14, 50, seed=1), arch.drape(0.75, 2.7, 5, 0.05, 16, 30, gather=0.55, seed=2)]
+    banner = arch.drape(1.3, 2.6, 2, 0.035, 10, 24, seed=3)
     rod = swept([(-1.05, 0, 0), (1.05, 0, 0)], 0.022, 8)
     brass = matte(glb, "rod", (0.2, 0.14, 0.06))
     for turn, k, kind, dye in ((90, 1, 1, 0), (90, 3, 0, 2), (270, 0, 0, 1), (270, 2, 1, 0), (270, 3, 0, 0),
