@@ -2,6 +2,7 @@
 
 pub mod average;
 pub mod contact_sheet;
+mod estimate;
 pub mod exr;
 pub mod false_color;
 pub mod flip;

@@ -1,7 +1,6 @@
 //! The host's half of the film: sums in f64, so that no number of samples stalls them (N-18).
 
-use rayon::prelude::*;
-
+use super::estimate::{self, Known};
 use super::{Layer, Picture};
 
 /// The device's f32 sums are taken over after every so many samples a pixel, counted from the first: the rounding
@@ -116,51 +115,19 @@ impl FilmSums {
         picture
     }
 
-    /// Estimated error of the picture: the expected MAPE against the truth, with an epsilon of 1 % of the picture's
-    /// mean as `compare` has it, were every pixel's mean normally distributed. Variance is that of a pixel and its
-    /// neighbours together: a pixel that has missed light is too dark and thinks itself sure, its neighbours know
-    /// better. `None` before two groups of samples a pixel. Light that no sample anywhere has found is not in it.
+    /// Estimated error of the picture: the expected MAPE against the truth, as `compare` has it. `None` before two
+    /// groups of samples a pixel, and of a black picture. Light that no sample anywhere has found is not in it.
     pub fn estimated_error(&self) -> Option<f64> {
-        let totals: Vec<Earlier> = self.totals().collect();
-        if totals.iter().any(|pixel| pixel.groups < 2) {
-            return None;
-        }
-        let known: Vec<[f64; 6]> = totals
-            .iter()
-            .map(|pixel| {
-                let [r, g, b] = pixel.mean();
-                [r, g, b, pixel.variance_of_mean(0), pixel.variance_of_mean(1), pixel.variance_of_mean(2)]
+        let known = |pixel: Earlier| {
+            (pixel.groups >= 2).then(|| Known {
+                mean: pixel.mean(),
+                variance: [0, 1, 2].map(|channel| pixel.variance_of_mean(channel)),
+                freedom: pixel.groups - 1,
+                pixels: 1,
             })
-            .collect();
-        let total: f64 = known.iter().map(|[r, g, b, ..]| r + g + b).sum();
-        let epsilon = 0.01 * total / (3 * known.len()) as f64;
-        if epsilon <= 0.0 {
-            return None;
-        }
-        let (width, height) = (self.width as usize, self.height as usize);
-        let row = |y: usize| -> f64 {
-            let rows = y.saturating_sub(1)..(y + 2).min(height);
-            let relative = |x: usize| {
-                let columns = x.saturating_sub(1)..(x + 2).min(width);
-                let mut sums = [0.0; 6];
-                let mut freedom = 0;
-                let mut pixels = 0.0;
-                for pixel in rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x)) {
-                    sums.iter_mut().zip(known[pixel]).for_each(|(sum, value)| *sum += value);
-                    freedom += totals[pixel].groups - 1;
-                    pixels += 1.0;
-                }
-                // The root of an estimated variance is too small on average, if normally distributed by this factor.
-                let root_mean = 4.0 * freedom as f64 / (4.0 * freedom as f64 + 1.0);
-                let relative = |c: usize| (sums[3 + c] / pixels).sqrt() / (sums[c] / pixels + epsilon);
-                (0..3).map(relative).sum::<f64>() / root_mean
-            };
-            (0..width).map(relative).sum()
         };
-        // In order: the sum does not depend on the number of threads.
-        let rows: Vec<f64> = (0..height).into_par_iter().map(row).collect();
-        let mean_absolute = (2.0 / std::f64::consts::PI).sqrt();
-        Some(mean_absolute * rows.iter().sum::<f64>() / (3 * known.len()) as f64)
+        let pixels: Vec<Known> = self.totals().map(known).collect::<Option<_>>()?;
+        estimate::mape(self.width as usize, &pixels)
     }
 }
 

@@ -146,6 +146,29 @@ fn earlier_samples_have_their_weight() {
     assert!((f64::from(more / alone) - 12.0 / 20.0).abs() < 1e-6, "{more} {alone}");
 }
 
+/// Pixels that have found nothing are as wrong as they can be where light is rare, and right where all around is sure.
+#[test]
+fn black_pixels_are_believed_where_their_surroundings_are_sure() {
+    let estimate = |lit: fn(usize, usize) -> Option<[f64; 2]>| {
+        let pixel = |i: usize| {
+            let mut pixel = PixelSums::default();
+            let groups = lit(i % 30, i / 30).unwrap_or([0.0; 2]);
+            groups.iter().for_each(|&sum| pixel.add_group([sum; 3], 8));
+            pixel
+        };
+        let mut film = FilmSums::new(30, 30);
+        film.add((0..900).map(pixel));
+        film.estimated_error().expect("two groups")
+    };
+    // One sample in the whole picture has found the lamp.
+    let rare = estimate(|x, y| (x == 14 && y == 14).then_some([800.0, 0.0]));
+    // Its 8 neighbours and itself think about their common error, the others know nothing.
+    assert!((0.98..1.1).contains(&rare), "{rare}");
+    // A thing before a black background, known to 1 %.
+    let thing = estimate(|x, y| ((10..20).contains(&x) && (5..25).contains(&y)).then_some([8.08, 7.92]));
+    assert!((1e-3..0.02).contains(&thing), "{thing}");
+}
+
 /// The loop around it all: a wall that glows with 0.1 and reflects nothing, looked at 8192 times.
 #[test]
 fn n18_the_renderer_takes_the_sums_in_time() {
