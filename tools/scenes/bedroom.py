@@ -10,6 +10,7 @@ different lights. All surfaces are Lambertian. Needs Python 3.9 and NumPy.
 
 import numpy as np
 
+import forms
 import furniture
 import pictures
 import shapes
@@ -77,7 +78,7 @@ def windows(glb, m):
     for i, (z, width, gather) in enumerate(((0.38, 0.62, 0.0), (1.95, 0.6, 0.3), (3.55, 0.6, 0.2))):
         cloth = furniture.curtain(width, 2.34, 5, seed=i + 1, gather=gather)
         place(glb, f"curtain {i + 1}", cloth, dict(cloth=m["curtain"]), (LEFT + 0.14, 0.015, z), 90)
-    rod = shapes.pipe([(LEFT + 0.14, 2.38, 0.02), (LEFT + 0.14, 2.38, 3.95)], 0.014, 10)
+    rod = forms.pipe([(LEFT + 0.14, 2.38, 0.02), (LEFT + 0.14, 2.38, 3.95)], 0.014, 10)
     glb.add("curtain rod", rod, m["walnut"])
     holders = furniture.bars(*((LEFT - 0.01, LEFT + 0.15, 2.375, 2.385, z, z + 0.02) for z in (0.05, 1.93, 3.9)))
     glb.add("rod holders", holders, m["walnut"])
@@ -109,7 +110,7 @@ def duvet(width, length, thick, seed, turn_down=0.0):
         y = round_ + fold + ridge - 1.15 * np.maximum(np.maximum(side, foot) - 0.03, 0)
         hanging = np.clip((side + foot) / 0.1, 0, 1)
         return x, np.maximum(y, 0.004) * (1 - hanging) + y * hanging, z
-    return shapes.sheet(point, 64, 60)
+    return forms.surface(point, 64, 60)
 
 
 def bed(glb, m):
@@ -128,12 +129,11 @@ def bed(glb, m):
     glb.add("duvet", duvet(wide, long_ - 0.62, 0.075, 3), m["duvet"], (x, top, z + 0.6))
     glb.add("throw", throw(wide), m["throw"], (x, top + 0.118, z + long_ - 0.62))
     big, small = furniture.pillow(0.72, 0.48, 0.17), furniture.pillow(0.44, 0.44, 0.16)
-    lean = lambda pillow, angle: shapes.turned(pillow, angle)
     for i, (dx, y, dz, turn, angle, mesh, color) in enumerate((
             (-0.4, top - 0.01, 0.36, 4, 14, big, "pillow"), (0.4, top - 0.01, 0.34, -6, 12, big, "pillow"),
             (-0.36, top + 0.21, 0.26, -3, 62, big, "sage"), (0.36, top + 0.22, 0.27, 5, 60, big, "sage"),
             (0.06, top + 0.2, 0.49, 9, 58, small, "rust"))):
-        glb.add(f"pillow {i + 1}", lean(mesh, angle), m[color], (x + dx, y, z + dz), turn)
+        glb.add(f"pillow {i + 1}", shapes.turned(mesh, angle), m[color], (x + dx, y, z + dz), turn)
 
 
 def throw(wide):
@@ -145,7 +145,7 @@ def throw(wide):
         x = np.clip(a, -wide / 2, wide / 2) + np.sign(a) * (
             np.minimum(over, 0.11) + 0.012 * np.sin(30 * b) * (over > 0))
         return x, 0.035 + fold - np.maximum(over - 0.06, 0) * 1.2, b + 0.1 * a + 0.03 * np.sin(4 * a)
-    return shapes.sheet(point, 54, 22, (4, 1))
+    return forms.surface(point, 54, 22, (4, 1))
 
 
 def lamps(glb, m):

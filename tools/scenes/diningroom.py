@@ -10,6 +10,7 @@ the silver is glossy. Needs Python 3.9 and NumPy.
 
 import numpy as np
 
+import forms
 import furniture
 import pictures
 import shapes
@@ -69,7 +70,7 @@ def house(glb, m):
     for i, (z, width) in enumerate(((1.35, 0.95), (2.35, 0.95))):  # drawn for the night, the window is behind them
         cloth = furniture.curtain(width + 0.16, 2.36, 8, 0.05, seed=i + 5)
         place(glb, f"curtain {i + 1}", cloth, dict(cloth=m["curtain"]), (LEFT + 0.13, 0.02, z), 90)
-    rod = shapes.pipe([(LEFT + 0.13, 2.41, 0.7), (LEFT + 0.13, 2.41, 3.0)], 0.015, 10)
+    rod = forms.pipe([(LEFT + 0.13, 2.41, 0.7), (LEFT + 0.13, 2.41, 3.0)], 0.015, 10)
     ends = [shapes.moved(shapes.sphere(0.028, 2), (LEFT + 0.13, 2.41, z)) for z in (0.69, 3.01)]
     holders = [shapes.box((LEFT - 0.01, 2.4, z), (LEFT + 0.14, 2.42, z + 0.02)) for z in (0.78, 2.9)]
     glb.add("curtain rod", shapes.flat(rod, *ends, *holders), m["brass"])
@@ -93,7 +94,7 @@ def lamps(glb, m):
     pole = shapes.creased([(0, 0), (0.15, 0), (0.15, 0.02), (0.016, 0.035), (0.012, 1.45), (0, 1.45)], 24)
     glb.add("standing lamp", pole, m["brass"], at)
     place(glb, "standing lamp", furniture.shade([(0.24, 1.4), (0.15, 1.68)], 0.005, 36), wear, at)
-    arms = [shapes.pipe([(0, 1.448, 0), (0.22 * np.cos(a), 1.44, 0.22 * np.sin(a))], 0.004, 5) for a in (0, 2.1, 4.2)]
+    arms = [forms.pipe([(0, 1.448, 0), (0.22 * np.cos(a), 1.44, 0.22 * np.sin(a))], 0.004, 5) for a in (0, 2.1, 4.2)]
     glb.add("shade's arms", shapes.flat(*arms), m["brass"], at)
     glb.add("standing bulb", shapes.moved(shapes.sphere(0.045, 1), (0, 1.49, 0)), bulb, at)
 
@@ -120,7 +121,7 @@ def table(glb, m):
     x, top, z = TABLE
     place(glb, "table", furniture.table(LONG, WIDE, top), dict(wood=m["wood"], top=m["grain"]), (x, 0, z))
     over = 0.2
-    cloth = shapes.sheet(lambda s, t: (
+    cloth = forms.surface(lambda s, t: (
         np.clip((2 * s - 1) * (LONG / 2 + over), -LONG / 2 - 0.004, LONG / 2 + 0.004),
         0.003 - np.maximum(np.abs(2 * s - 1) * (LONG / 2 + over) - LONG / 2, 0) + 0 * t, 0.34 * (t - 0.5)), 60, 4)
     glb.add("table runner", cloth, m["runner"], (x, top, z))

@@ -3,8 +3,8 @@ y = 0 about x = 0, its back at or about z = 0 where it has one, and faces +z. Le
 
 import numpy as np
 
-from shapes import (box, creased, curve, flat, joined, lathe, mesh, moved, pipe, prism, quad, rounded, sheet, sphere,
-                    turned, wall)
+from forms import pipe, surface
+from shapes import box, creased, curve, flat, joined, lathe, mesh, moved, prism, quad, rounded, sphere, turned, wall
 
 
 def bars(*corners):
@@ -162,7 +162,7 @@ def curtain(width, height, folds, depth=0.06, seed=0, gather=0.0):
         x = (s - 0.5) * width * narrow + 0.12 * depth * np.sin(9 * bend + 2 * t)
         return x, height * (1 - t), depth * (0.35 + 0.65 * np.minimum(1, 0.3 + t)) * fold * (0.5 + 0.5 * narrow)
 
-    return dict(cloth=sheet(point, 10 * folds, 14))
+    return dict(cloth=surface(point, 10 * folds, 14))
 
 
 # Furniture
@@ -350,7 +350,7 @@ def pillow(width, depth, thick):
             dent = 1 - 0.12 * np.exp(-((u - 0.1) ** 2 + v**2) * 5)
             x, z = u * pinch[0] * width / 2, way * v * pinch[1] * depth / 2
             return x, thick * (0.5 + way * 0.5 * swell * (dent if way > 0 else 1)), z
-        return sheet(point, 18, 14)
+        return surface(point, 18, 14)
     return joined(half(1), half(-1))
 
 
@@ -359,7 +359,7 @@ def pillow(width, depth, thick):
 def table_lamp(height=0.42, radius=0.14, bulb=0.03):
     """A turned foot and an opaque shade, open above and below; the bulb in it shines."""
     foot = curve([(0.07, 0.0), (0.072, 0.012), (0.03, 0.03), (0.022, 0.05), (0.05, 0.1), (0.058, 0.14), (0.03, 0.2),
-                  (0.014, 0.23), (0.01, height - 0.1)], 3) * (1, 1)
+                  (0.014, 0.23), (0.01, height - 0.1)], 3)
     low, high = height - 0.17, height
     return dict(foot=lathe([(0, 0), (0.07, 0)], foot, [(0.01, height - 0.1), (0, height - 0.1)], segments=24),
                 **shade([(radius, low), (0.68 * radius, high)]),
@@ -408,10 +408,10 @@ def sconce(width=0.2, height=0.14, depth=0.1):
         def point(s, t):
             a = np.pi * (1 - s) if way > 0 else np.pi * s
             return scale * width / 2 * np.cos(a), height * (1 - t), scale * depth * np.sin(a)
-        return sheet(point, 16, 1)
+        return surface(point, 16, 1)
     rims = []
     for y, way in ((0.0, -1), (height, 1)):
-        rims.append(sheet(lambda s, t, y=y, way=way: (
+        rims.append(surface(lambda s, t, y=y, way=way: (
             (1 - 0.06 * t) * -way * width / 2 * -np.cos(np.pi * s), y + 0 * s,
             (1 - 0.06 * t) * depth * np.sin(np.pi * s)),
             16, 1))
@@ -453,7 +453,7 @@ def plant(rng, leaves=26, size=0.3, pot=(0.11, 0.2)):
             out = long_ * (t * np.cos(rise) + 0.25 * t**2)
             up = long_ * (1.1 * t * np.sin(rise) + 0.35 * t - 0.75 * t**2 * np.cos(rise))
             return (2 * s - 1) * wide, up + 0.25 * wide * np.abs(2 * s - 1), 0.012 + out
-        parts.append(moved(sheet(point, 2, 7), (0, height - 0.025, 0), turn))
+        parts.append(moved(surface(point, 2, 7), (0, height - 0.025, 0), turn))
     return {**piece, "leaves": joined(*parts)}
 
 
@@ -490,7 +490,7 @@ def coat(rng, length=1.0):
         angle = -2 * np.pi * s
         ripple = 1 + 0.16 * t * np.sin(6 * angle + folds[0]) + 0.07 * t * np.sin(11 * angle + folds[1] + 2 * t)
         return radius * np.cos(angle) * ripple, -length * t, 0.1 + 0.42 * radius * np.sin(angle) * ripple
-    body = sheet(point, 36, 18)
+    body = surface(point, 36, 18)
     sleeves = [pipe(curve([(side * 0.15, -0.13, 0.1), (side * 0.235, -0.25, 0.12), (side * 0.245, -0.48, 0.15),
                            (side * 0.23, -0.68, 0.16)], 3), np.linspace(0.055, 0.062, 10), 12) for side in (-1, 1)]
     return flat(body), flat(*sleeves)
@@ -521,7 +521,7 @@ def shoe(length=0.27):
         high = np.interp(t, [0, 0.1, 0.35, 0.55, 0.85, 1], [0.06, 0.085, 0.08, 0.06, 0.045, 0.02])
         angle = np.pi * (1 - s)
         return wide * np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** 0.6, high * np.sin(angle) ** 0.6, z + 0 * s
-    return sheet(point, 12, 16)
+    return surface(point, 12, 16)
 
 
 def pot(radius=0.11, height=0.13, long_handle=False):
@@ -624,4 +624,4 @@ def napkin():
     """A folded cloth, a little lifted."""
     def point(s, t):
         return 0.11 * (s - 0.5), 0.005 + 0.006 * np.sin(np.pi * s) + 0.002 * np.sin(9 * t + 4 * s), 0.2 * (t - 0.5)
-    return joined(sheet(point, 8, 8), box((-0.054, 0, -0.099), (0.054, 0.0045, 0.099)))
+    return joined(surface(point, 8, 8), box((-0.054, 0, -0.099), (0.054, 0.0045, 0.099)))

@@ -12,7 +12,7 @@ import architecture as arch
 import nature
 import scene
 import shapes
-from forms import sheet, swept, turned
+from forms import sheet, swept
 from looks import blocks, cloudy, lit, matte, planks, printed, sky
 
 SKY_RADIUS = 16.0
@@ -134,7 +134,7 @@ def trees(glb, look):
 def furniture(glb, look, rng):
     plank = lambda low, high: shapes.box(low, high, 0.8)
     slats = [plank((-0.8, 0.42, z - 0.045), (0.8, 0.45, z + 0.045)) for z in (-0.18, -0.07, 0.04, 0.15)]
-    rest = [turned(plank((-0.8, y, -0.012), (0.8, y + 0.08, 0.012)), "x", -10, (0, 0.02, -0.16))
+    rest = [shapes.turned(plank((-0.8, y, -0.012), (0.8, y + 0.08, 0.012)), -10, offset=(0, 0.02, -0.16))
             for y in (0.52, 0.64, 0.76)]
     legs = [plank((x - 0.035, -0.05, z - 0.035), (x + 0.035, top, z + 0.035))
             for x in (-0.74, 0.74) for z, top in ((0.17, 0.62), (-0.27, 0.92))]

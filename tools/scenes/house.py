@@ -13,7 +13,7 @@ import nature
 import pictures
 import scene
 import shapes
-from forms import cushion, swept, turned
+from forms import cushion, swept
 from household import bookcase, chair, seat, table
 from looks import blocks, cloudy, damask, lit, matte, planks, printed, sky
 
@@ -112,13 +112,13 @@ def roof(glb, look):
     slab = shapes.box((-length / 2, 0.02, -0.05), (length / 2, 0.1, np.hypot(rise, span)), 2.0)
     middle = (WEST + EAST) / 2
     for turn in (0, 180):
-        glb.add("roof", turned(slab, "x", slope), look["roof"], (middle, HIGH + rise, 0), turn)
+        glb.add("roof", shapes.turned(slab, slope), look["roof"], (middle, HIGH + rise, 0), turn)
     gable = shapes.mesh([(0, 0, DEEP), (0, 0, -DEEP), (0, rise * DEEP / span, 0)], [(0, 1, 2)], [(1, 0, 0)] * 3,
                         [(0, 2), (2, 2), (1, 0)])
     glb.add("gable", gable, look["siding"], (EAST + WALL, HIGH, 0))
     glb.add("gable", gable, look["siding"], (WEST - WALL, HIGH, 0), 180)
     porch = shapes.box((-length / 2, 0.0, 0.0), (length / 2, 0.07, PORCH + 0.1), 2.0)
-    glb.add("veranda roof", turned(porch, "x", 7), look["roof"], (middle, HIGH + 0.2, -DEEP - 0.02), 180)
+    glb.add("veranda roof", shapes.turned(porch, 7), look["roof"], (middle, HIGH + 0.2, -DEEP - 0.02), 180)
     glb.add("deck", shapes.box((WEST - 0.2, -0.3, -DEEP - PORCH - 0.1), (EAST + 0.2, -0.04, -DEEP - 0.12), 1.2),
             look["deck"])
     glb.add("steps", shapes.box((-2.2, -0.3, -DEEP - PORCH - 0.45), (0, -0.17, -DEEP - PORCH - 0.1), 1.2), look["deck"])

@@ -3,7 +3,7 @@
 import numpy as np
 
 import shapes
-from forms import cushion, swept, turned
+from forms import cushion, swept
 
 
 def seat(glb, look, name, width, at, turn, cushions):
@@ -19,7 +19,7 @@ def seat(glb, look, name, width, at, turn, cushions):
                                        ((k - (seats - 1) / 2) * inner / seats, 0.33, 0.06)) for k in range(seats)))
     glb.add(name + " seat", pad, look["wool"], at, turn)
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-    pillow = turned(cushion((0.42, 0.42, 0.15), 0.5), "x", -18)
+    pillow = shapes.turned(cushion((0.42, 0.42, 0.15), 0.5), -18)
     for x, material in cushions:
         glb.add("cushion", pillow, look[material], (at[0] + c * x - s * 0.16, at[1] + 0.48, at[2] - s * x - c * 0.16),
                 turn + 8)

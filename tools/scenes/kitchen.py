@@ -10,6 +10,7 @@ where the light is. Needs Python 3.9 and NumPy.
 
 import numpy as np
 
+import forms
 import furniture
 import pictures
 import shapes
@@ -169,31 +170,31 @@ def sink(glb, m):
     drain = shapes.creased([(0.04, 0.0), (0.036, 0.004), (0, 0.002)], 20)
     glb.add("drain", drain, m["chrome"], (LEFT + 0.36, low + 0.03, 1.7))
     fold = lambda s, t: (0.3 * (s - 0.5), -0.42 * t, 0.03 + 0.012 * np.sin(14 * s) * (0.3 + t))
-    glb.add("towel", shapes.sheet(fold, 20, 8), m["towel"], (0.02, 0.66, 0.632))
+    glb.add("towel", forms.surface(fold, 20, 8), m["towel"], (0.02, 0.66, 0.632))
     for i, (z, size, color) in enumerate(((2.28, 0.034, "green"), (2.38, 0.03, "clay"))):
         glb.add(f"soap {i + 1}", furniture.bottle(size, 0.2), m[color], (LEFT + 0.14, TOP, z))
     plate = furniture.plate(0.12)
     for i in range(5):  # in a rack beside the sink, on edge
         stood = shapes.turned(plate, 78, (0, 0, 1))
         glb.add(f"drying plate {i + 1}", stood, m["glaze"], (LEFT + 0.33, TOP + 0.125, 2.34 + 0.07 * i), -90)
-    rack = [shapes.pipe([(LEFT + 0.2, TOP + y, z), (LEFT + 0.46, TOP + y, z)], 0.004, 6) for y in (0.01, 0.08)
+    rack = [forms.pipe([(LEFT + 0.2, TOP + y, z), (LEFT + 0.46, TOP + y, z)], 0.004, 6) for y in (0.01, 0.08)
             for z in np.linspace(2.27, 2.69, 7)]
-    ends = [shapes.pipe([(x, TOP + y, 2.25), (x, TOP + y, 2.71)], 0.005, 6) for x in (LEFT + 0.2, LEFT + 0.46)
+    ends = [forms.pipe([(x, TOP + y, 2.25), (x, TOP + y, 2.71)], 0.005, 6) for x in (LEFT + 0.2, LEFT + 0.46)
             for y in (0.01, 0.08)]
     glb.add("rack", shapes.flat(*rack, *ends), m["chrome"])
 
 
 def things(glb, m):
     rng = np.random.default_rng(9)
-    rail = shapes.pipe([(-1.3, 1.33, 0.05), (-0.48, 1.33, 0.05)], 0.008, 10)
-    posts = [shapes.pipe([(x, 1.33, 0.005), (x, 1.33, 0.05)], 0.006, 8) for x in (-1.25, -0.53)]
+    rail = forms.pipe([(-1.3, 1.33, 0.05), (-0.48, 1.33, 0.05)], 0.008, 10)
+    posts = [forms.pipe([(x, 1.33, 0.005), (x, 1.33, 0.05)], 0.006, 8) for x in (-1.25, -0.53)]
     glb.add("rail", shapes.flat(rail, *posts), m["chrome"])
     for i, (x, radius, metal) in enumerate(((-1.17, 0.085, "copper"), (-0.96, 0.095, "iron"))):
         glb.add(f"pan {i + 1}", furniture.pan(radius), m[metal], (x, 1.33, 0.03))
     spoon = shapes.sphere(0.034, 2)
     spoon = shapes.mesh(spoon["positions"] * (1, 1.3, 0.35), spoon["triangles"], spoon["normals"])
     for i, x in enumerate((-0.8, -0.7, -0.6)):
-        handle = shapes.pipe([(x, 1.345, 0.06), (x, 1.04, 0.055)], 0.005, 8)
+        handle = forms.pipe([(x, 1.345, 0.06), (x, 1.04, 0.055)], 0.005, 8)
         glb.add(f"ladle {i + 1}", shapes.flat(handle, shapes.moved(spoon, (x, 1.02, 0.05))), m["steel"])
     jar = furniture.vase([(0.05, 0), (0.052, 0.06), (0.052, 0.13), (0.045, 0.15)], 28)
     lid = shapes.creased([(0.047, 0.0), (0.047, 0.02), (0.012, 0.024), (0.012, 0.036), (0, 0.036)], 24)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+import forms
 import pictures
 import shapes
 from glb import Glb, lit, matte
@@ -50,13 +51,6 @@ def bill(p):
     upper = ellipsoid(p, (4.9, 6.75, 0), (1.25, 0.36, 1.05))
     lower = ellipsoid(p, (4.65, 6.3, 0), (1.0, 0.28, 0.85))
     return smooth_min(upper, lower, 0.25)
-
-
-def squashed(m, radii, center):
-    """A unit sphere made an ellipsoid, with its normals."""
-    normals = m["normals"] / np.asarray(radii)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return shapes.mesh(m["positions"] * radii + np.asarray(center), m["triangles"], normals)
 
 
 def cats_eye(radius, twist=1.7):
@@ -169,7 +163,7 @@ def cup(glb, offset):
     glb.add("cup", shapes.lathe([(0.0, 0.012), (0.022, 0.012)], outside, lip, inside), china, offset)
     t = np.linspace(-0.62 * np.pi, 0.62 * np.pi, 24)
     handle = np.stack([0.038 + 0.019 * np.cos(t) * 1.1, 0.043 + 0.021 * np.sin(t), 0 * t], 1)
-    glb.add("handle", shapes.tube(handle, 0.0036), plain, offset, turn_y=-40)
+    glb.add("handle", forms.tube(handle, 0.0036), plain, offset, turn_y=-40)
     glb.add("tea", shapes.lathe([(0.0395, 0.061), (0.02, 0.061), (0.0, 0.061)]), tea, offset)
     saucer = shapes.lathe([(0.0, 0.001), (0.03, 0.001), (0.03, 0.003), (0.05, 0.008), (0.068, 0.014)],
                           [(0.068, 0.014), (0.069, 0.0155), (0.067, 0.016)],
@@ -184,9 +178,9 @@ def ducks(glb):
     centimetre = 0.01
     body = shapes.moved(shapes.isosurface(duck_body, (-6, -0.2, -4.4), (5.6, 10, 4.4), 56), scale=centimetre)
     beak = shapes.moved(shapes.isosurface(bill, (3, 5.6, -1.5), (6.6, 7.6, 1.5), 26), scale=centimetre)
-    ball = shapes.sphere(1.0, 2)
-    eyes = shapes.moved(shapes.joined(*(
-        squashed(ball, (0.36, 0.46, 0.3), (3.85, 7.7, side * 1.52)) for side in (-1, 1))), scale=centimetre)
+    ball = shapes.stretched(shapes.sphere(1.0, 2), (0.36, 0.46, 0.3))
+    eyes = shapes.moved(shapes.joined(*(shapes.moved(ball, (3.85, 7.7, side * 1.52)) for side in (-1, 1))),
+                        scale=centimetre)
 
     def duck(name, offset, turn_y, scale):
         for part, m, material in (("", body, yellow), (" bill", beak, orange), (" eyes", eyes, black)):
