@@ -14,7 +14,8 @@ import forms
 import furniture
 import pictures
 import shapes
-from glb import Glb, lit, matte, place, save
+from glb import Glb, place, save
+from looks import glowing, matte, printed
 
 RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.3, 2.2, 0.0, 4.3, 2.6
@@ -30,9 +31,9 @@ def materials(glb):
     plaid = (np.abs(x * 4 % 1 - 0.5) < 0.16).astype(float) * 0.5 + (np.abs(y * 4 % 1 - 0.5) < 0.16) * 0.5
     plaid = pictures.blend([0.3, 0.42, 0.5], [0.82, 0.8, 0.72], plaid)
     grain = pictures.few(pictures.wood(192, 96, [0.66, 0.47, 0.3], [0.5, 0.33, 0.19], 5))
-    m = {name: matte(glb, name, textures=glb.texture(name, image)) for name, image in dict(
+    m = {name: printed(glb, name, image) for name, image in dict(
         floor=boards, rug=rug, grain=grain).items()}
-    m["throw"] = matte(glb, "throw", textures=glb.texture("throw", plaid), doubleSided=True)
+    m["throw"] = printed(glb, "throw", plaid, doubleSided=True)
     for name, color in dict(
             wall=(0.72, 0.74, 0.76), feature=(0.48, 0.58, 0.62), ceiling=(0.86, 0.85, 0.83), white=(0.85, 0.84, 0.81),
             oak=(0.56, 0.39, 0.23), walnut=(0.32, 0.19, 0.11), slats=(0.84, 0.82, 0.76), metal=(0.5, 0.46, 0.38),
@@ -83,10 +84,10 @@ def windows(glb, m):
     holders = furniture.bars(*((LEFT - 0.01, LEFT + 0.15, 2.375, 2.385, z, z + 0.02) for z in (0.05, 1.93, 3.9)))
     glb.add("rod holders", holders, m["walnut"])
 
-    sky = lit(glb, "sky", 26, color=(0.62, 0.8, 1.0))
+    sky = glowing(glb, "sky", 26, color=(0.62, 0.8, 1.0))
     glb.add("sky", shapes.quad((LEFT - 5, -0.2, 9), (0, 0, -14), (0, 8, 0)), sky)
     glb.add("ground", shapes.box((LEFT - 5, -0.3, -5), (LEFT - 0.25, -0.1, 9)), m["sage"])
-    sun = lit(glb, "sun", 4000, color=(1.0, 0.82, 0.6))
+    sun = glowing(glb, "sun", 4000, color=(1.0, 0.82, 0.6))
     glb.add("sun", shapes.quad((LEFT - 3.9, 3.6, 4.9), (0, 0, -0.5), (0.2, 0.4, 0)), sun)
 
 
@@ -149,7 +150,7 @@ def throw(wide):
 
 
 def lamps(glb, m):
-    bulb = lit(glb, "bulb", 1500, color=(1.0, 0.68, 0.36))
+    bulb = glowing(glb, "bulb", 1500, color=(1.0, 0.68, 0.36))
     stand = furniture.cabinet(0.46, 0.52, 0.38, 1, (1, 1.4), legs=0.14)
     lamp = furniture.table_lamp(0.44, 0.13, 0.02)
     wear = dict(body=m["walnut"], fronts=m["walnut"], top=m["grain"], metal=m["metal"])
@@ -213,7 +214,7 @@ def hang(glb, m):
               ("twig", pictures.botanical(96, 128, 5), 0.34, 0.44, "black", (BED[0] + 0.8, 1.64, BACK), 0),
               ("forms", pictures.abstract(96, 128, 4, art), 0.46, 0.6, "oak", (RIGHT, 1.6, 1.15), -90))
     for name, image, width, height, frame, at, turn in prints:
-        wear = dict(frame=m[frame], mat=m["white"], print=matte(glb, name, textures=glb.texture(name, image)))
+        wear = dict(frame=m[frame], mat=m["white"], print=printed(glb, name, image))
         place(glb, name, furniture.picture(width, height, 0.025, 0.055), wear, at, turn)
 
 

@@ -14,7 +14,8 @@ import forms
 import furniture
 import pictures
 import shapes
-from glb import Glb, lit, matte, place, save
+from glb import Glb, place, save
+from looks import glowing, matte, printed
 
 RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.7, 2.7, 0.0, 5.0, 2.7
@@ -28,9 +29,9 @@ def materials(glb):
     grain = pictures.few(pictures.wood(256, 128, [0.6, 0.39, 0.23], [0.42, 0.25, 0.13], 15))
     runner = pictures.runner(256, 64, (0.86, 0.83, 0.75), (0.62, 0.2, 0.16))
     paper = pictures.wallpaper(96, [0.7, 0.76, 0.72], [0.62, 0.69, 0.65])
-    m = {name: matte(glb, name, textures=glb.texture(name, image)) for name, image in dict(
+    m = {name: printed(glb, name, image) for name, image in dict(
         floor=boards, rug=rug, grain=grain, paper=paper).items()}
-    m["runner"] = matte(glb, "runner", textures=glb.texture("runner", runner), doubleSided=True)
+    m["runner"] = printed(glb, "runner", runner, doubleSided=True)
     for name, color in dict(
             ceiling=(0.86, 0.85, 0.82), white=(0.84, 0.83, 0.8), wood=(0.34, 0.19, 0.1), seat=(0.25, 0.36, 0.33),
             shade=(0.2, 0.32, 0.3), linen=(0.86, 0.85, 0.82), blue=(0.16, 0.26, 0.46), clay=(0.66, 0.32, 0.19),
@@ -80,10 +81,10 @@ def lamps(glb, m):
     """Two drums over the table, two lamps on the sideboard, two on the wall, one standing in the corner."""
     warm = (1.0, 0.8, 0.56)
     wear = dict(metal=m["brass"], shade=m["shade"], lining=m["linen"], foot=m["brass"])
-    hanging, bulb = furniture.pendant(0.98, 0.22, 0.24), lit(glb, "pendant bulb", 150, color=warm)
+    hanging, bulb = furniture.pendant(0.98, 0.22, 0.24), glowing(glb, "pendant bulb", 150, color=warm)
     for i, x in enumerate((-0.5, 0.55)):
         place(glb, f"pendant {i + 1}", hanging, dict(wear, bulb=bulb), (x, HIGH, TABLE[2]), 40 * i)
-    bulb = lit(glb, "bulb", 450, color=warm)
+    bulb = glowing(glb, "bulb", 450, color=warm)
     lamp = furniture.table_lamp(0.5, 0.16, 0.03)
     for i, (x, foot) in enumerate(((-1.02, "blue"), (0.98, "blue"))):
         place(glb, f"table lamp {i + 1}", lamp, dict(wear, bulb=bulb, foot=m[foot]), (x, 0.925, 0.24))
@@ -211,7 +212,7 @@ def hang(glb, m):
               ("twig", pictures.botanical(96, 128, 15), 0.4, 0.52, "black", (1.58, 1.7, BACK), 0),
               ("shapes", pictures.abstract(96, 128, 12, colours), 0.5, 0.66, "black", (LEFT, 1.65, 3.7), 90))
     for name, image, width, height, frame, at, turn in prints:
-        wear = dict(frame=m[frame], mat=m["white"], print=matte(glb, name, textures=glb.texture(name, image)))
+        wear = dict(frame=m[frame], mat=m["white"], print=printed(glb, name, image))
         place(glb, name, furniture.picture(width, height, 0.035, 0.05), wear, at, turn)
 
 

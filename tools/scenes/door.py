@@ -13,7 +13,8 @@ import numpy as np
 import furniture
 import pictures
 import shapes
-from glb import Glb, lit, matte, place, save
+from glb import Glb, place, save
+from looks import glowing, matte, printed
 
 RESOLUTION = (640, 360)
 WIDE, HIGH, DEEP, THICK = 5.2, 2.75, 4.7, 0.13  # this room; it reaches from x = -WIDE / 2 and from z = 0 to DEEP
@@ -25,7 +26,7 @@ def materials(glb):
     grain = glb.texture("grain", pictures.few(pictures.wood(256, 128, [0.66, 0.45, 0.28], [0.47, 0.29, 0.16], 5)))
     rug = pictures.carpet(320, 224, (0.68, 0.22, 0.17), (0.22, 0.29, 0.45), (0.88, 0.76, 0.52))
     m = dict(floor=matte(glb, "floor", textures=floor), grain=matte(glb, "table top", textures=grain),
-             rug=matte(glb, "rug", textures=glb.texture("rug", rug)))
+             rug=printed(glb, "rug", rug))
     for name, color in dict(
             wall=(0.66, 0.69, 0.58), ceiling=(0.84, 0.82, 0.78), white=(0.85, 0.84, 0.8), wood=(0.34, 0.19, 0.1),
             oak=(0.46, 0.29, 0.15), brass=(0.62, 0.47, 0.2), cloth=(0.2, 0.28, 0.32), pad=(0.7, 0.6, 0.42),
@@ -65,7 +66,7 @@ def house(glb, m):
 
 def lamps(glb, m):
     """Standing lamps with their light upwards, none to be seen from here; and two here that are off."""
-    bulb = lit(glb, "bulb", 26000.0, color=(1.0, 0.86, 0.68))
+    bulb = glowing(glb, "bulb", 26000.0, color=(1.0, 0.86, 0.68))
     lamp = furniture.uplighter(1.7)
     for i, (x, z) in enumerate(((-0.8, -3.3), (2.2, -3.35), (2.3, -0.6))):
         place(glb, f"uplighter {i + 1}", lamp, dict(foot=m["brass"], bowl=m["brass"], bulb=bulb), (x, 0, z))
@@ -148,8 +149,8 @@ def hang(glb, m):
              (0.64, 0.5, "brass", (right, 1.76, 2.02), -90))
     for (name, image), (width, height, frame, at, turn) in zip(prints, spots):
         piece = furniture.picture(width, height, 0.03, 0.05)
-        place(glb, name, piece, dict(frame=m[frame], mat=m["china"], print=matte(
-            glb, name, textures=glb.texture(name, image))), at, turn)
+        place(glb, name, piece, dict(
+            frame=m[frame], mat=m["china"], print=printed(glb, name, image)), at, turn)
 
 
 def main():

@@ -1,4 +1,4 @@
-"""Writes binary glTF 2.0: shared meshes, materials by name, nodes with transforms."""
+"""Writes binary glTF 2.0: shared meshes, materials by name, nodes with transforms; puts pieces into it."""
 
 import json
 import struct
@@ -120,19 +120,6 @@ class Glb:
             file.write(struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(self.bytes)))
             file.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
             file.write(struct.pack("<II", len(self.bytes), 0x004E4942) + bytes(self.bytes))
-
-
-def matte(glb, name, base=(1, 1, 1), **more):
-    return glb.material(name, base, extensions=dict(KHR_materials_specular=dict(specularFactor=0.0)), **more)
-
-
-def lit(glb, name, strength, picture=None, color=(1, 1, 1), **more):
-    """A surface that shines with `strength` times its picture or colour."""
-    if picture is not None:
-        more["emissiveTexture"] = picture
-    extensions = dict(KHR_materials_emissive_strength=dict(emissiveStrength=strength),
-                      KHR_materials_specular=dict(specularFactor=0.0))
-    return glb.material(name, (0.5, 0.5, 0.5), emissiveFactor=[float(c) for c in color], extensions=extensions, **more)
 
 
 def place(glb, name, piece, materials, offset=(0, 0, 0), turn_y=0.0, scale=1.0):

@@ -11,7 +11,8 @@ import numpy as np
 import scene
 import shapes
 from forms import cushion, extruded, facing, sheet, swept
-from looks import cloudy, lit, matte, printed
+from looks import lit, matte, printed
+from pictures import cloudy
 
 
 def metals(glb):

@@ -13,7 +13,8 @@ import numpy as np
 import furniture
 import pictures
 import shapes
-from glb import Glb, lit, matte, place, save
+from glb import Glb, place, save
+from looks import glowing, matte, printed
 
 RESOLUTION = (640, 360)
 HALF, HIGH, NEAR, FAR, THICK = 0.95, 2.6, 1.6, -12.6, 0.12  # half the hallway's width, its height, its ends
@@ -27,9 +28,8 @@ def materials(glb):
     boards = glb.texture("boards", pictures.boards(320, 7, (0.62, 0.43, 0.27), (0.44, 0.28, 0.15), 8))
     runner = pictures.carpet(96, 384, (0.62, 0.2, 0.15), (0.2, 0.25, 0.38), (0.86, 0.74, 0.5), 14)
     paper = pictures.wallpaper(96, [0.8, 0.82, 0.74], [0.7, 0.74, 0.63])
-    m = dict(floor=matte(glb, "floor", textures=boards), runner=matte(
-        glb, "runner", textures=glb.texture("runner", runner)), paper=matte(
-            glb, "wallpaper", textures=glb.texture("wallpaper", paper)))
+    m = dict(floor=matte(glb, "floor", textures=boards), runner=printed(glb, "runner", runner),
+             paper=printed(glb, "wallpaper", paper))
     for name, color in dict(
             ceiling=(0.85, 0.83, 0.8), white=(0.84, 0.83, 0.79), plain=(0.8, 0.76, 0.68), cool=(0.7, 0.76, 0.8),
             wood=(0.36, 0.21, 0.11), oak=(0.5, 0.33, 0.18), brass=(0.62, 0.47, 0.2), china=(0.88, 0.87, 0.83),
@@ -96,9 +96,9 @@ def lamps(glb, m):
             ("corner", 8000, warm, (-out - 1.5, 0, -11.45)), ("ajar", 8000, cool, (-out - 2.0, 0, -6.95)),
             ("near", 4000, warm, (out + 1.5, 0, -0.4)), ("open", 10000, warm, (out + 1.9, 0, -5.65)),
             ("last", 6000, cool, (out + 1.3, 0, -9.5))):
-        bulb = lit(glb, f"{name} bulb", strength, color=color)
+        bulb = glowing(glb, f"{name} bulb", strength, color=color)
         place(glb, f"{name} lamp", lamp, dict(foot=m["brass"], bowl=m["brass"], bulb=bulb), at)
-    bulb = lit(glb, "niche bulb", 8000, color=warm)
+    bulb = glowing(glb, "niche bulb", 8000, color=warm)
     place(glb, "niche lamp", furniture.sconce(), dict(shade=m["china"], metal=m["brass"], bulb=bulb),
           (-out - 0.1, 1.75, LEFT["niche"][1]), 180)
     off = furniture.pendant(0.45, 0.17, 0.17)
@@ -171,11 +171,11 @@ def hang(glb, m):
                "black", left, -6.1, 1.6),
               ("bars", pictures.abstract(96, 128, 8, colours), 0.44, 0.58, "black", right, -8.4, 1.62))
     for name, image, width, height, frame, (x, turn), z, y in prints:
-        wear = dict(frame=m[frame], mat=m["china"], print=matte(glb, name, textures=glb.texture(name, image)))
+        wear = dict(frame=m[frame], mat=m["china"], print=printed(glb, name, image))
         place(glb, name, furniture.picture(width, height, 0.025, 0.05), wear, (x, y, z), turn)
     end = pictures.landscape(160, 112, 13, ((0.5, 0.6, 0.8), (0.97, 0.8, 0.6)), (0.3, 0.25, 0.12))
-    place(glb, "end", furniture.picture(0.9, 0.66, 0.04, 0.06), dict(frame=m["brass"], mat=m["china"], print=matte(
-        glb, "end", textures=glb.texture("end", end))), (0.05, 1.75, FAR))
+    place(glb, "end", furniture.picture(0.9, 0.66, 0.04, 0.06), dict(
+        frame=m["brass"], mat=m["china"], print=printed(glb, "end", end)), (0.05, 1.75, FAR))
 
 
 def main():

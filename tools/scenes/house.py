@@ -10,12 +10,12 @@ import numpy as np
 
 import architecture as arch
 import nature
-import pictures
 import scene
 import shapes
 from forms import cushion, swept
 from household import bookcase, chair, seat, table
-from looks import blocks, cloudy, damask, lit, matte, planks, printed, sky
+from looks import lit, matte, printed
+from pictures import blocks, cloudy, damask, lawn, planks, sky, wood
 
 WEST, MIDDLE, EAST, DEEP, HIGH, WALL = -7.0, -3.25, 3.3, 2.6, 2.7, 0.24
 SKY_RADIUS = 17.0
@@ -33,7 +33,7 @@ def looks(glb):
         paint=matte(glb, "white paint", (0.8, 0.79, 0.76)), ceiling=matte(glb, "ceiling", (0.84, 0.83, 0.8)),
         siding=printed(glb, "siding", planks([0.66, 0.72, 0.72], [0.56, 0.63, 0.64], 8, seed=2)),
         roof=printed(glb, "roof tiles", blocks([0.45, 0.2, 0.13], [0.34, 0.14, 0.1], [0.18, 0.08, 0.06], 8, 8, seed=3)),
-        oak=printed(glb, "oak", pictures.wood(128, 128, [0.5, 0.33, 0.19], [0.36, 0.22, 0.11], 8)),
+        oak=printed(glb, "oak", wood(128, 128, [0.5, 0.33, 0.19], [0.36, 0.22, 0.11], 8)),
         walnut=matte(glb, "walnut", (0.22, 0.13, 0.075)), iron=matte(glb, "iron", (0.05, 0.05, 0.055)),
         wool=printed(glb, "blue wool", cloudy([0.13, 0.24, 0.36], [0.09, 0.17, 0.28], 24, seed=4)),
         ochre=matte(glb, "ochre cushion", (0.72, 0.45, 0.1)), rust=matte(glb, "rust cushion", (0.55, 0.16, 0.08)),
@@ -43,7 +43,7 @@ def looks(glb):
         leaf=matte(glb, "leaves", (0.15, 0.3, 0.06), doubleSided=True),
         pale=matte(glb, "pale leaves", (0.28, 0.4, 0.1), doubleSided=True),
         bark=matte(glb, "bark", (0.2, 0.14, 0.1)),
-        lawn=printed(glb, "lawn", nature.grass_picture([0.2, 0.36, 0.09], [0.11, 0.24, 0.05])),
+        lawn=printed(glb, "lawn", lawn([0.2, 0.36, 0.09], [0.11, 0.24, 0.05])),
         books=[matte(glb, f"book {i + 1}", c) for i, c in enumerate((
             (0.5, 0.1, 0.08), (0.1, 0.2, 0.35), (0.65, 0.55, 0.35), (0.12, 0.28, 0.16), (0.3, 0.12, 0.25)))])
 
@@ -188,8 +188,7 @@ def dining_room(glb, look):
 
 
 def garden(glb, look, rng):
-    lawn = nature.ground(SKY_RADIUS, lambda x, z: -0.3 + 0.0 * x)
-    glb.add("lawn", lawn, look["lawn"])
+    glb.add("lawn", nature.ground(SKY_RADIUS, lambda x, z: -0.3 + 0.0 * x), look["lawn"])
     slab = shapes.box((-0.42, -0.3, -0.3), (0.42, -0.27, 0.3), 1.0)
     for k in range(10):
         glb.add("path", slab, look["wall"], (-1.1 + 0.3 * np.sin(k), 0, -5.1 - 0.72 * k), 8 * np.sin(3 * k))

@@ -15,7 +15,8 @@ import furniture
 import pictures
 import shapes
 from furniture import bars
-from glb import Glb, lit, matte, place, save
+from glb import Glb, place, save
+from looks import glowing, matte, printed
 
 RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.3, 2.1, 0.0, 4.2, 2.55
@@ -31,8 +32,8 @@ def materials(glb):
     butcher = pictures.boards(256, 10, (0.78, 0.58, 0.38), (0.62, 0.42, 0.25), 4)
     grain = pictures.few(pictures.wood(192, 96, [0.62, 0.44, 0.28], [0.46, 0.3, 0.17], 6))
     m = dict(tiles=glb.material("tiles", roughness=0.2, textures=glb.texture("tiles", wall_tiles)),
-             floor=matte(glb, "floor", textures=glb.texture("floor", floor)),
-             worktop=matte(glb, "worktop", textures=glb.texture("worktop", butcher)),
+             floor=printed(glb, "floor", floor),
+             worktop=printed(glb, "worktop", butcher),
              grain=matte(glb, "table top", textures=glb.texture("grain", grain)))
     for name, color in dict(
             wall=(0.8, 0.76, 0.68), ceiling=(0.86, 0.85, 0.82), white=(0.84, 0.83, 0.8), paint=(0.5, 0.6, 0.58),
@@ -63,7 +64,7 @@ def house(glb, m):
     z0, z1, low, high = WINDOW
     frame = furniture.window_frame(z1 - z0, high - low, 0.12)
     place(glb, "window", frame, dict(frame=m["white"]), (LEFT, low, z1), 90)
-    night = lit(glb, "night", 0.8, color=(0.2, 0.36, 0.8))
+    night = glowing(glb, "night", 0.8, color=(0.2, 0.36, 0.8))
     glb.add("night", shapes.quad((LEFT - 0.12, low - 0.02, z1 + 0.02), (0, 0, z0 - z1 - 0.04),
                                  (0, high - low + 0.04, 0)),
             night)
@@ -131,7 +132,7 @@ def stove(glb, m):
     slopes = shapes.mesh(corners, [(0, 1, 5), (0, 5, 4), (1, 2, 6), (1, 6, 5), (3, 0, 4), (3, 4, 7)])
     glb.add("hood", shapes.flat(slopes, bars((-w, w, low, low + 0.06, 0, deep), (-0.15, 0.15, top, HIGH, 0, 0.28))),
             m["steel"])
-    spot = lit(glb, "spot", 700, color=(1.0, 0.85, 0.66))
+    spot = glowing(glb, "spot", 700, color=(1.0, 0.85, 0.66))
     for i, x in enumerate((-0.24, 0.24)):
         collar = shapes.creased([(0.035, 0.0), (0.042, -0.035), (0.04, -0.035), (0.033, 0.0)][::-1], 20)
         glb.add(f"spot ring {i + 1}", collar, m["chrome"], (x, low, 0.3))
@@ -140,7 +141,7 @@ def stove(glb, m):
 
 def lamps(glb, m):
     """Strips below the wall cupboards behind lips, and domes over the table."""
-    low_strip, high_strip = (lit(glb, f"{name} strip", strength, color=(1.0, 0.84, 0.64)) for name, strength in (
+    low_strip, high_strip = (glowing(glb, f"{name} strip", strength, color=(1.0, 0.84, 0.64)) for name, strength in (
         ("lower", 70), ("upper", 190)))
     for i, (low, high) in enumerate(((-1.28, -0.52), (0.52, 1.26), (-2.1, -1.4))):
         y = OVER - 0.001
@@ -153,7 +154,7 @@ def lamps(glb, m):
                     m["paint"])
             glb.add(f"upper strip {i + 1}", shapes.quad((low, OVER + 0.73, 0.3), (high - low, 0, 0), (0, 0, -0.04)),
                     high_strip)
-    bulb, lamp = lit(glb, "dome bulb", 260, color=(1.0, 0.74, 0.45)), furniture.dome(1.0, 0.19, 0.17)
+    bulb, lamp = glowing(glb, "dome bulb", 260, color=(1.0, 0.74, 0.45)), furniture.dome(1.0, 0.19, 0.17)
     wear = dict(rod=m["black"], cap=m["chrome"], shade=m["copper"], inside=m["white"], bulb=bulb)
     for i, x in enumerate((-0.42, 0.38)):
         place(glb, f"dome {i + 1}", lamp, wear, (x, HIGH, 2.55))

@@ -15,7 +15,8 @@ import numpy as np
 import forms
 import pictures
 import shapes
-from glb import Glb, lit, matte
+from glb import Glb
+from looks import glowing, matte, printed
 
 RESOLUTION = (640, 400)
 MARBLE = 0.0125  # radius
@@ -117,10 +118,10 @@ def room(glb):
             parts.append(shapes.box(ends.min(0), ends.max(0)))
         glb.add(name + " frame", shapes.joined(*parts), frame)
 
-    evening = lit(glb, "evening", 1.8, glb.texture("dusk", pictures.dusk()))
+    evening = glowing(glb, "evening", 1.8, emissiveTexture=glb.texture("dusk", pictures.dusk()))
     window("window", (-0.57, 0.06, low[2]), (0.56, 0, 0), (0, 0.4, 0), evening, (0, 0, 1))
     glb.add("sill", shapes.box((-0.63, 0.015, low[2]), (0.05, 0.042, low[2] + 0.06)), frame)
-    daylight = lit(glb, "daylight", 6.0, color=(0.78, 0.88, 1.0))
+    daylight = glowing(glb, "daylight", 6.0, color=(0.78, 0.88, 1.0))
     window("side window", (low[0], 0.1, 1.5), (0, 0, -1.1), (0, 1.1, 0), daylight, (1, 0, 0))
 
     art = glb.material("print", roughness=0.6, textures=glb.texture("poster", pictures.poster()))
@@ -136,7 +137,7 @@ def room(glb):
 
 
 def table(glb):
-    cloth = matte(glb, "gingham", textures=glb.texture("gingham", pictures.gingham()))
+    cloth = printed(glb, "gingham", pictures.gingham())
     wood = glb.material("walnut", (0.42, 0.27, 0.17), roughness=0.4)
     glb.add("table", shapes.box((-0.8, -0.04, -0.5), (0.8, -0.002, 0.5)), wood)
     glb.add("cloth", shapes.quad((-0.78, 0, 0.48), (1.56, 0, 0), (0, 0, -0.96), (26, 16)), cloth)
@@ -144,7 +145,7 @@ def table(glb):
 
 def lamp(glb, offset):
     brass = glb.material("brass", (0.91, 0.74, 0.42), metallic=1.0, roughness=0.22)
-    cloth = lit(glb, "lamp shade", 6.0, glb.texture("shade", pictures.shade()), doubleSided=True)
+    cloth = glowing(glb, "lamp shade", 6.0, doubleSided=True, emissiveTexture=glb.texture("shade", pictures.shade()))
     foot = shapes.lathe([(0.058, 0.0), (0.058, 0.006)],
                         [(0.058, 0.006), (0.05, 0.012), (0.025, 0.018), (0.012, 0.03), (0.008, 0.05), (0.014, 0.075),
                          (0.018, 0.09), (0.014, 0.105), (0.007, 0.12), (0.006, 0.15), (0.006, 0.2), (0.006, 0.26)])

@@ -5,7 +5,6 @@ import numpy as np
 
 import shapes
 from forms import cushion, sheet, swept
-from pictures import blend, noise, plane, smooth
 
 SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * 0.5
 LOZENGE = np.array([(0, -0.5), (0.22, 0.0), (0, 0.5), (-0.22, 0.0)])
@@ -119,34 +118,3 @@ def dome(radius, base=0.0, rows=6, columns=24):
     p = radius * np.stack([np.cos(h) * np.cos(a), np.sin(h), np.cos(h) * np.sin(a)], 2) + (0, base, 0)
     uvs = np.stack([a / (2 * np.pi), 1 - h / (np.pi / 2)], 2)
     return sheet(p, uvs)
-
-
-def leaves_picture(size=128, leaves=26, seed=1):
-    """A spray of leaves with its outline as alpha, (size, size, 4)."""
-    rng = np.random.default_rng(seed)
-    x, y = plane(size, size)
-    x, y = 2 * x - 1, 1 - 2 * y
-    color = np.broadcast_to([0.2, 0.32, 0.1], (size, size, 3))
-    alpha = 1 - smooth(0.016, np.abs(x - 0.08 * np.sin(3 * y)), 0.012)
-    alpha = alpha * (np.abs(y) < 0.85)
-    for k in range(leaves):
-        root = -0.8 + 1.5 * k / leaves
-        a = np.radians(90 + (-1) ** k * rng.uniform(25, 75))
-        long, wide = rng.uniform(0.3, 0.5) * (1 - 0.25 * abs(root)), rng.uniform(0.085, 0.13)
-        dx, dy = x - 0.08 * np.sin(3 * root), y - root
-        along, across = (dx * np.cos(a) + dy * np.sin(a)) / long, (dy * np.cos(a) - dx * np.sin(a)) / wide
-        half = np.sqrt(np.clip(along * (1 - along), 0, 1)) * 1.6 * (1 - 0.5 * along)
-        inside = 1 - smooth(0, np.abs(across) - half, 0.12)
-        inside = inside * ((along > 0) & (along < 1))
-        shade = blend([0.2, 0.36, 0.1], [0.42, 0.56, 0.16], np.full_like(x, rng.random()))
-        vein = 1 - 0.25 * (1 - smooth(0.05, np.abs(across), 0.05))
-        color = blend(color, shade * vein[..., None], inside)
-        alpha = np.maximum(alpha, inside)
-    return np.concatenate([color, alpha[..., None]], 2)
-
-
-def grass_picture(light, dark, size=256, seed=4):
-    """Mown lawn from above: fine streaks in soft patches."""
-    fine = noise(size, size, (size // 2, size // 6), seed)
-    patch = noise(size, size, (6, 6), seed + 1)
-    return blend(light, dark, np.clip(0.6 * fine + 0.4 * patch, 0, 1))

@@ -14,7 +14,8 @@ import nature
 import scene
 import shapes
 from forms import swept
-from looks import blocks, cloudy, damask, lit, matte, planks, printed
+from looks import lit, matte, printed
+from pictures import blocks, cloudy, damask, planks
 
 BAY, THICK, GALLERY = 2.8, 0.45, 3.0
 COURT = np.array([1.5 * BAY, 3 * BAY])  # half extents to the middle of the arcade's wall, x and z
