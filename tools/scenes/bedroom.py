@@ -3,7 +3,7 @@
 
 The slats hide nearly all of the sky; what comes in was scattered between them, or fell through the gap where the
 curtain is drawn aside. The lamps' bulbs are the size of a plum, in opaque shades. Many surfaces, each lit by few and
-different lights. All surfaces are Lambertian. Needs Python 3.9 and NumPy.
+different lights. All surfaces are Lambertian.
 
     python3 tools/scenes/bedroom.py [OUT.glb]
 """
@@ -13,11 +13,11 @@ import numpy as np
 import forms
 import furniture
 import pictures
+import scene
 import shapes
-from glb import Glb, place, save
+from glb import place
 from looks import glowing, matte, printed
 
-RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.3, 2.2, 0.0, 4.3, 2.6
 WINDOWS = ((0.55, 1.75), (2.15, 3.35))  # in the left wall, by z
 SILL, LINTEL = 0.85, 2.2
@@ -219,12 +219,12 @@ def hang(glb, m):
 
 
 def main():
-    glb = Glb("bedroom", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("bedroom", (640, 360))
     m = materials(glb)
     for part in (house, windows, bed, lamps, furnishings, hang):
         part(glb, m)
     glb.camera("bed", (1.45, 1.5, 4.15), (-0.3, 0.86, 0.9), 48)
-    save(glb, "bedroom")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 
 Every lamp's shade is opaque, so light leaves it only above and below: pools on the table and the ceiling, and all the
 rest is what they give back. Goblets, tumblers and a carafe are smooth glass (ior 1.5) between the lamps and the cloth,
-the silver is glossy. Needs Python 3.9 and NumPy.
+the silver is glossy.
 
     python3 tools/scenes/diningroom.py [OUT.glb]
 """
@@ -13,11 +13,11 @@ import numpy as np
 import forms
 import furniture
 import pictures
+import scene
 import shapes
-from glb import Glb, place, save
+from glb import place
 from looks import glowing, matte, printed
 
-RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.7, 2.7, 0.0, 5.0, 2.7
 TABLE = (0.0, 0.76, 2.35)  # the middle of the table's top
 LONG, WIDE = 2.3, 1.08
@@ -217,12 +217,12 @@ def hang(glb, m):
 
 
 def main():
-    glb = Glb("diningroom", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("diningroom", (640, 360))
     m = materials(glb)
     for part in (house, lamps, table, furnishings, hang):
         part(glb, m)
     glb.camera("room", (1.3, 1.4, 4.0), (-0.17, 0.95, 1.6), 46)
-    save(glb, "diningroom")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 
 The room behind the door has the lamps, and they shine at its ceiling. Light gets here after at least two bounces
 through a gap of two hand's breadths, so a path from the camera must find the gap and then a lamp's bowl; paths from
-the lamps meet it halfway. All surfaces are Lambertian. Needs Python 3.9 and NumPy.
+the lamps meet it halfway. All surfaces are Lambertian.
 
     python3 tools/scenes/door.py [OUT.glb]
 """
@@ -12,11 +12,11 @@ import numpy as np
 
 import furniture
 import pictures
+import scene
 import shapes
-from glb import Glb, place, save
+from glb import place
 from looks import glowing, matte, printed
 
-RESOLUTION = (640, 360)
 WIDE, HIGH, DEEP, THICK = 5.2, 2.75, 4.7, 0.13  # this room; it reaches from x = -WIDE / 2 and from z = 0 to DEEP
 HINGE, OPENING, AJAR = 0.35, 0.9, 27  # the door: the opening's left edge, its width, and degrees
 
@@ -154,12 +154,12 @@ def hang(glb, m):
 
 
 def main():
-    glb = Glb("door", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("door", (640, 360))
     m = materials(glb)
     for part in (house, lamps, table, furnishings, hang):
         part(glb, m)
     glb.camera("table", (-1.75, 1.48, 4.45), (0.6, 0.96, 0.9), 41)
-    save(glb, "door")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,6 @@
 
 import json
 import struct
-import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -126,11 +124,3 @@ def place(glb, name, piece, materials, offset=(0, 0, 0), turn_y=0.0, scale=1.0):
     """Adds a piece: a dict of meshes by what they are made of, with materials by the same keys."""
     for part, m in piece.items():
         glb.add(f"{name} {part}", m, materials[part], offset, turn_y, scale)
-
-
-def save(glb, name):
-    """Writes scenes/NAME.glb, or what the command line names."""
-    default = Path(__file__).resolve().parents[2] / "scenes" / f"{name}.glb"
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else default
-    glb.write(out)
-    print(f"{out}: {out.stat().st_size / 1e6:.2f} MB")

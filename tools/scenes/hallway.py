@@ -3,7 +3,7 @@
 
 No lamp can be seen, and hardly a wall that one shines at: most of the picture gets its light after three bounces and
 more, a piece of the hallway from each of five places. Paths must be joined near the right doorway, which differs from
-place to place. All surfaces are Lambertian. Needs Python 3.9 and NumPy.
+place to place. All surfaces are Lambertian.
 
     python3 tools/scenes/hallway.py [OUT.glb]
 """
@@ -12,11 +12,11 @@ import numpy as np
 
 import furniture
 import pictures
+import scene
 import shapes
-from glb import Glb, place, save
+from glb import place
 from looks import glowing, matte, printed
 
-RESOLUTION = (640, 360)
 HALF, HIGH, NEAR, FAR, THICK = 0.95, 2.6, 1.6, -12.6, 0.12  # half the hallway's width, its height, its ends
 DOOR = 2.06  # an opening's height
 # Openings in the left and right wall, by their z; a name for each, as some lead to rooms and some have closed doors.
@@ -179,12 +179,12 @@ def hang(glb, m):
 
 
 def main():
-    glb = Glb("hallway", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("hallway", (640, 360))
     m = materials(glb)
     for part in (house, doors, lamps, furnishings, hang):
         part(glb, m)
     glb.camera("along", (0.22, 1.5, 0.95), (-0.1, 1.14, -6), 44)
-    save(glb, "hallway")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

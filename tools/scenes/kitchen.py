@@ -3,7 +3,7 @@
 
 Its light comes from deep within fixtures: strips behind the lips of the wall cupboards, spots in the hood, domes over
 the table. Brushed metals (roughness 0.15 to 0.35) spread glossy glimpses of them, and lobes must be matched with
-where the light is. Needs Python 3.9 and NumPy.
+where the light is.
 
     python3 tools/scenes/kitchen.py [OUT.glb]
 """
@@ -13,12 +13,12 @@ import numpy as np
 import forms
 import furniture
 import pictures
+import scene
 import shapes
 from furniture import bars
-from glb import Glb, place, save
+from glb import place
 from looks import glowing, matte, printed
 
-RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.3, 2.1, 0.0, 4.2, 2.55
 TOP, DEPTH, OVER = 0.9, 0.62, 1.45  # the worktop's height and depth, where the wall cupboards begin
 WINDOW = (1.35, 2.45, 1.12, 2.02)  # in the left wall: z from, z to, y from, y to
@@ -253,12 +253,12 @@ def table(glb, m):
 
 
 def main():
-    glb = Glb("kitchen", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("kitchen", (640, 360))
     m = materials(glb)
     for part in (house, cupboards, stove, lamps, sink, things, table):
         part(glb, m)
     glb.camera("room", (1.3, 1.5, 3.9), (-0.42, 1.04, 0.6), 44)
-    save(glb, "kitchen")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

@@ -1,24 +1,21 @@
 #!/usr/bin/env python3
 """Makes scenes/marbles.glb, the demo scene: a game of marbles by the window at dusk, watched by a family of ducks.
 
-Everything is made here, shapes and pictures alike; needs Python 3.9 and NumPy. The same NumPy gives the same file.
+Everything is made here, shapes and pictures alike.
 
     python3 tools/scenes/marbles.py [OUT.glb]
 """
 
-import sys
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 
 import forms
 import pictures
+import scene
 import shapes
-from glb import Glb
 from looks import glowing, matte, printed
 
-RESOLUTION = (640, 400)
 MARBLE = 0.0125  # radius
 DUCK, DUCK_SCALE = (0.235, 0, 0.0), 1.25
 
@@ -247,9 +244,7 @@ def marbles(glb, center, rng):
 
 
 def main():
-    default = Path(__file__).resolve().parents[2] / "scenes" / "marbles.glb"
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else default
-    glb = Glb("marbles", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("marbles", (640, 400))
     room(glb)
     table(glb)
     lamp(glb, (0.4, 0, -0.3))
@@ -258,8 +253,7 @@ def main():
     marbles(glb, (-0.04, 0.0, 0.06), np.random.default_rng(7))
     glb.camera("table", (-0.02, 0.33, 0.92), (0.0, 0.078, 0.0), 29)
     glb.camera("duck", (0.0, 0.13, 0.42), (0.17, 0.06, 0.02), 32)
-    glb.write(out)
-    print(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
+    scene.save(glb)
 
 
 if __name__ == "__main__":
