@@ -13,7 +13,8 @@ import nature
 import scene
 import shapes
 from forms import cushion, swept
-from household import bookcase, chair, seat, table
+from furniture import full_bookcase, plain_chair, plain_table, sofa
+from household import drape
 from looks import lit, matte, printed
 from pictures import blocks, cloudy, damask, lawn, planks, sky, wood
 
@@ -136,9 +137,9 @@ def roof(glb, look):
 
 def living_room(glb, look, rng):
     glb.add("rug", shapes.box((-1.5, 0.002, -1.0), (1.5, 0.014, 1.0), 1.5), look["rug"], (0.2, 0, -0.25))
-    seat(glb, look, "sofa", 2.2, (2.55, 0.0, -0.4), -90, ((-0.6, "ochre"), (0.62, "rust")))
-    seat(glb, look, "armchair", 0.95, (-1.75, 0.0, -0.75), 70, ((0.0, "cream"),))
-    glb.add("low table", table(1.1, 0.6, 0.4), look["oak"], (0.65, 0.015, -0.4), 90)
+    sofa(glb, look, "sofa", 2.2, (2.55, 0.0, -0.4), -90, ((-0.6, "ochre"), (0.62, "rust")))
+    sofa(glb, look, "armchair", 0.95, (-1.75, 0.0, -0.75), 70, ((0.0, "cream"),))
+    glb.add("low table", plain_table(1.1, 0.6, 0.4), look["oak"], (0.65, 0.015, -0.4), 90)
     for i, (x, z, turn) in enumerate(((0.62, -0.15, 20), (0.64, -0.16, 32), (0.6, -0.14, 8))):
         glb.add("book", shapes.box((-0.13, 0, -0.09), (0.13, 0.028, 0.09)), look["books"][i],
                 (x, 0.416 + 0.0285 * i, z), turn)
@@ -148,9 +149,9 @@ def living_room(glb, look, rng):
     apple = cushion((0.075, 0.07, 0.075), 0.85, 10, 16)
     for x, y, z, which in ((0.65, 0.445, -0.68, "rust"), (0.72, 0.45, -0.65, "pale"), (0.7, 0.452, -0.73, "ochre")):
         glb.add("apple", apple, look[which], (x, y, z))
-    bookcase(glb, look, (MIDDLE + 0.38, 0, 1.75), 90, rng)
+    full_bookcase(glb, look, (MIDDLE + 0.38, 0, 1.75), 90, rng)
     rod = swept([(-0.95, 0, 0), (0.95, 0, 0)], 0.014, 8)
-    side = arch.drape(0.5, 2.3, 5, 0.045, 16, 40, gather=0.25, seed=6)
+    side = drape(0.5, 2.3, 5, 0.045, 16, 40, gather=0.25, seed=6)
     for x in (1.15, 2.9):
         glb.add("curtain", side, look["cream"], (x, 2.36, -DEEP + 0.2))
     glb.add("curtain rod", rod, look["iron"], (2.0, 2.38, -DEEP + 0.2))
@@ -179,9 +180,9 @@ def living_room(glb, look, rng):
 
 def dining_room(glb, look):
     at = (-5.15, 0, -0.5)
-    glb.add("dining table", table(0.9, 1.8, 0.75, 0.07), look["oak"], at)
+    glb.add("dining table", plain_table(0.9, 1.8, 0.75, 0.07), look["oak"], at)
     for dx, dz, turn in ((-0.65, -0.45, 90), (-0.65, 0.4, 84), (0.65, -0.4, -90), (0.72, 0.45, -80), (0.05, 1.2, 178)):
-        glb.add("chair", chair(), look["walnut"], (at[0] + dx, 0, at[2] + dz), turn)
+        glb.add("chair", plain_chair(), look["walnut"], (at[0] + dx, 0, at[2] + dz), turn)
     vase = shapes.lathe([(0, 0), (0.05, 0), (0.09, 0.08), (0.08, 0.16), (0.035, 0.22), (0.045, 0.25)], segments=28)
     glb.add("vase", vase, look["wool"], (at[0], 0.75, at[2] + 0.1))
     glb.add("sideboard", shapes.box((-6.95, 0.12, 0.6), (-6.5, 0.85, 2.2), 0.8), look["oak"])
@@ -202,7 +203,7 @@ def garden(glb, look, rng):
     for k in range(5):
         glb.add("hedge", hedge, look["leaf"], (-8 + 4 * k, -0.3, -13.6 + 0.2 * (k % 2)))
         glb.add("hedge core", core, look["leaf"], (-8 + 4 * k, -0.3, -13.6 + 0.2 * (k % 2)))
-    glb.add("bench seat", table(1.5, 0.45, 0.44, 0.07), look["deck"], (2.4, -0.3, -7.4), -20)
+    glb.add("bench seat", plain_table(1.5, 0.45, 0.44, 0.07), look["deck"], (2.4, -0.3, -7.4), -20)
     tuft = nature.tuft(rng, 12, 0.16)
     for x, z in rng.uniform((-6, -12.5), (5, -5.6), (160, 2)):
         if abs(x + 1.1) > 0.8:

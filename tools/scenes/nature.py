@@ -1,10 +1,10 @@
-"""Plants and ground: trees, hedges, tufts, stones. Leaves are cards; whether they wear a cut-out picture or are cut as
-lozenges is the scene's choice."""
+"""Plants, ground and sky: trees, hedges, tufts, stones, a pot plant. Trees' leaves are cards; whether they wear a
+cut-out picture or are cut as lozenges is the scene's choice."""
 
 import numpy as np
 
 import shapes
-from forms import cushion, sheet, swept
+from forms import cushion, sheet, surface, swept
 
 SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * 0.5
 LOZENGE = np.array([(0, -0.5), (0.22, 0.0), (0, 0.5), (-0.22, 0.0)])
@@ -118,3 +118,23 @@ def dome(radius, base=0.0, rows=6, columns=24):
     p = radius * np.stack([np.cos(h) * np.cos(a), np.sin(h), np.cos(h) * np.sin(a)], 2) + (0, base, 0)
     uvs = np.stack([a / (2 * np.pi), 1 - h / (np.pi / 2)], 2)
     return sheet(p, uvs)
+
+
+def plant(rng, leaves=26, size=0.3, pot=(0.11, 0.2)):
+    """A pot with a spray of long leaves, to be seen from both sides."""
+    radius, height = pot
+    piece = dict(pot=shapes.lathe([(0, 0), (0.72 * radius, 0)], [(0.72 * radius, 0), (radius, height)],
+                                  [(radius, height), (radius - 0.012, height)],
+                                  [(radius - 0.012, height), (radius - 0.016, height - 0.03)], segments=24),
+                 earth=shapes.disc(radius - 0.014, height - 0.02, 16))
+    parts = []
+    for i in range(leaves):
+        turn, rise, long_ = i * 137.5, rng.uniform(0.25, 1.25), size * rng.uniform(0.7, 1.3)
+
+        def point(s, t, rise=rise, long_=long_):
+            wide = 0.11 * long_ * np.sin(np.pi * (0.08 + 0.9 * t)) ** 0.8
+            out = long_ * (t * np.cos(rise) + 0.25 * t**2)
+            up = long_ * (1.1 * t * np.sin(rise) + 0.35 * t - 0.75 * t**2 * np.cos(rise))
+            return (2 * s - 1) * wide, up + 0.25 * wide * np.abs(2 * s - 1), 0.012 + out
+        parts.append(shapes.moved(surface(point, 2, 7), (0, height - 0.025, 0), turn))
+    return {**piece, "leaves": shapes.joined(*parts)}

@@ -157,6 +157,17 @@ def lathe(*profiles, segments=48):
     return joined(*parts)
 
 
+def bars(*corners):
+    """Boxes given as (x0, x1, y0, y1, z0, z1)."""
+    return flat(*(box(c[::2], c[1::2]) for c in corners))
+
+
+def disc(radius, height, segments=16, up=True):
+    """A round face that looks up, or down."""
+    line = [(radius, height), (0.0, height)]
+    return lathe(line if up else line[::-1], segments=segments)
+
+
 def isosurface(distance, low, high, cells):
     """The zero set of `distance(points (n,3)) -> (n,)` by surface nets; normals are its gradient."""
     low, high = np.asarray(low, float), np.asarray(high, float)
@@ -254,33 +265,3 @@ def rounded(low, high, radius, steps=1):
             others = [(axis + 1) % 3, (axis + 2) % 3]
             faces.append(mesh(positions, triangles[:, ::way], n, positions[:, others]))
     return joined(*faces)
-
-
-def wall(length, height, thick, openings=(), below=0.0):
-    """A wall along x from 0, up from -`below`, its front at z = 0 and its back at -`thick`; `openings` are
-    (left, right, bottom, top). No faces inside; texture coordinates in metres."""
-    holes = np.array(openings, float).reshape(-1, 4)
-    holes[holes[:, 2] <= 0, 2] = -below  # a doorway leaves no wall under the floor, in one plane with it
-    x = np.unique(np.concatenate([[0, length], holes[:, :2].ravel()]))
-    y = np.unique(np.concatenate([[-below, height], holes[:, 2:].ravel()]))
-    solid = np.zeros((len(x) + 1, len(y) + 1), bool)
-    solid[1:-1, 1:-1] = True
-    middle_x, middle_y = (x[1:] + x[:-1])[:, None] / 2, (y[1:] + y[:-1])[None] / 2
-    for left, right, bottom, top in holes:
-        solid[1:-1, 1:-1] &= ~((left < middle_x) & (middle_x < right) & (bottom < middle_y) & (middle_y < top))
-    faces = []
-    for i, j in np.argwhere(solid):
-        a, b, c, d = x[i - 1], x[i], y[j - 1], y[j]
-        w, h, deep = (b - a, 0, 0), (0, d - c, 0), (0, 0, thick)
-        back = (0, 0, -thick)
-        faces.append(((a, c, 0), w, h))
-        faces.append(((b, c, -thick), (a - b, 0, 0), h))
-        if not solid[i - 1, j]:
-            faces.append(((a, c, -thick), deep, h))
-        if not solid[i + 1, j]:
-            faces.append(((b, c, 0), back, h))
-        if not solid[i, j - 1]:
-            faces.append(((a, c, -thick), w, deep))
-        if not solid[i, j + 1]:
-            faces.append(((a, d, 0), w, back))
-    return joined(*(quad(corner, u, v, (np.linalg.norm(u), np.linalg.norm(v))) for corner, u, v in faces))
