@@ -3,19 +3,26 @@
 
 The slats hide nearly all of the sky; what comes in was scattered between them, or fell through the gap where the
 curtain is drawn aside. The lamps' bulbs are the size of a plum, in opaque shades. Many surfaces, each lit by few and
-different lights. All surfaces are Lambertian. Needs Python 3.9 and NumPy.
+different lights. All surfaces are Lambertian.
 
     python3 tools/scenes/bedroom.py [OUT.glb]
 """
 
 import numpy as np
 
+import architecture as arch
+import forms
 import furniture
+import household
+import lighting
+import nature
 import pictures
+import scene
 import shapes
-from glb import Glb, lit, matte, place, save
+import tableware
+from glb import place
+from looks import glowing, matte, printed
 
-RESOLUTION = (640, 360)
 LEFT, RIGHT, BACK, FRONT, HIGH = -2.3, 2.2, 0.0, 4.3, 2.6
 WINDOWS = ((0.55, 1.75), (2.15, 3.35))  # in the left wall, by z
 SILL, LINTEL = 0.85, 2.2
@@ -29,9 +36,9 @@ def materials(glb):
     plaid = (np.abs(x * 4 % 1 - 0.5) < 0.16).astype(float) * 0.5 + (np.abs(y * 4 % 1 - 0.5) < 0.16) * 0.5
     plaid = pictures.blend([0.3, 0.42, 0.5], [0.82, 0.8, 0.72], plaid)
     grain = pictures.few(pictures.wood(192, 96, [0.66, 0.47, 0.3], [0.5, 0.33, 0.19], 5))
-    m = {name: matte(glb, name, textures=glb.texture(name, image)) for name, image in dict(
+    m = {name: printed(glb, name, image) for name, image in dict(
         floor=boards, rug=rug, grain=grain).items()}
-    m["throw"] = matte(glb, "throw", textures=glb.texture("throw", plaid), doubleSided=True)
+    m["throw"] = printed(glb, "throw", plaid, doubleSided=True)
     for name, color in dict(
             wall=(0.72, 0.74, 0.76), feature=(0.48, 0.58, 0.62), ceiling=(0.86, 0.85, 0.83), white=(0.85, 0.84, 0.81),
             oak=(0.56, 0.39, 0.23), walnut=(0.32, 0.19, 0.11), slats=(0.84, 0.82, 0.76), metal=(0.5, 0.46, 0.38),
@@ -47,45 +54,45 @@ def materials(glb):
 
 def house(glb, m):
     holes = [(a, b, SILL, LINTEL) for a, b in WINDOWS]
-    walls = furniture.room(LEFT, RIGHT, BACK, FRONT, HIGH, 0.2, left=holes)
+    walls = arch.room(LEFT, RIGHT, BACK, FRONT, HIGH, 0.2, left=holes)
     place(glb, "wall", walls, dict.fromkeys(walls, m["wall"]) | dict(back=m["feature"]))
     glb.add("floor", shapes.box((LEFT - 0.1, -0.1, BACK - 0.1), (RIGHT + 0.1, 0, FRONT + 0.1), 1.7), m["floor"])
     glb.add("ceiling", shapes.box((LEFT - 0.1, HIGH, BACK - 0.1), (RIGHT + 0.1, HIGH + 0.1, FRONT + 0.1)), m["ceiling"])
     for name, length, at, turn in (("back", RIGHT - LEFT, (LEFT, 0, BACK), 0), ("left", FRONT, (LEFT, 0, FRONT), 90),
                                    ("right", FRONT, (RIGHT, 0, BACK), -90)):
-        glb.add(f"{name} skirting", furniture.skirting(length, 0.1), m["white"], at, turn)
-        cornice = furniture.bars((0, length, HIGH - 0.07, HIGH, -0.005, 0.07))
+        glb.add(f"{name} skirting", arch.skirting(length, 0.1), m["white"], at, turn)
+        cornice = shapes.bars((0, length, HIGH - 0.07, HIGH, -0.005, 0.07))
         glb.add(f"{name} cornice", cornice, m["white"], at, turn)
-    frame = furniture.door_frame(0.9, 2.06, 0.05)
+    frame = arch.door_frame(0.9, 2.06, 0.05)
     place(glb, "door frame", frame, dict(frame=m["white"]), (RIGHT - 0.001, 0, 2.95), -90)
-    place(glb, "door", furniture.door_leaf(), dict(door=m["white"], metal=m["metal"]), (RIGHT, 0.01, 2.97), -90)
+    place(glb, "door", arch.door_leaf(), dict(door=m["white"], metal=m["metal"]), (RIGHT, 0.01, 2.97), -90)
 
 
 def windows(glb, m):
     """Frames, sills, blinds with real slats, curtains; outside a sky and a low sun, both as surfaces."""
     wide, high = WINDOWS[0][1] - WINDOWS[0][0], LINTEL - SILL
-    frame = furniture.window_frame(wide, high, 0.16)
+    frame = arch.window_frame(wide, high, 0.16)
     sill = shapes.flat(shapes.box((-0.05, -0.035, -0.02), (wide + 0.05, 0.0, 0.12)))
     for i, (low, top) in enumerate(WINDOWS):
         at = (LEFT, SILL, top)
         place(glb, f"window {i + 1}", frame, dict(frame=m["white"]), at, 90)
         glb.add(f"sill {i + 1}", sill, m["white"], at, 90)
         up = (0.01, 0.24)[i]  # the blind by the armchair is drawn up a little and lets the sun in below
-        blind = furniture.blind(wide - 0.02, high - 0.01 - up, 0.036, 0.05, -46)
+        blind = household.blind(wide - 0.02, high - 0.01 - up, 0.036, 0.05, -46)
         place(glb, f"blind {i + 1}", blind, dict(slats=m["slats"], rails=m["slats"]),
               (LEFT + 0.03, SILL + up, (low + top) / 2), 90)
     for i, (z, width, gather) in enumerate(((0.38, 0.62, 0.0), (1.95, 0.6, 0.3), (3.55, 0.6, 0.2))):
-        cloth = furniture.curtain(width, 2.34, 5, seed=i + 1, gather=gather)
+        cloth = household.curtain(width, 2.34, 5, seed=i + 1, gather=gather)
         place(glb, f"curtain {i + 1}", cloth, dict(cloth=m["curtain"]), (LEFT + 0.14, 0.015, z), 90)
-    rod = shapes.pipe([(LEFT + 0.14, 2.38, 0.02), (LEFT + 0.14, 2.38, 3.95)], 0.014, 10)
+    rod = forms.pipe([(LEFT + 0.14, 2.38, 0.02), (LEFT + 0.14, 2.38, 3.95)], 0.014, 10)
     glb.add("curtain rod", rod, m["walnut"])
-    holders = furniture.bars(*((LEFT - 0.01, LEFT + 0.15, 2.375, 2.385, z, z + 0.02) for z in (0.05, 1.93, 3.9)))
+    holders = shapes.bars(*((LEFT - 0.01, LEFT + 0.15, 2.375, 2.385, z, z + 0.02) for z in (0.05, 1.93, 3.9)))
     glb.add("rod holders", holders, m["walnut"])
 
-    sky = lit(glb, "sky", 26, color=(0.62, 0.8, 1.0))
+    sky = glowing(glb, "sky", 26, color=(0.62, 0.8, 1.0))
     glb.add("sky", shapes.quad((LEFT - 5, -0.2, 9), (0, 0, -14), (0, 8, 0)), sky)
     glb.add("ground", shapes.box((LEFT - 5, -0.3, -5), (LEFT - 0.25, -0.1, 9)), m["sage"])
-    sun = lit(glb, "sun", 4000, color=(1.0, 0.82, 0.6))
+    sun = glowing(glb, "sun", 4000, color=(1.0, 0.82, 0.6))
     glb.add("sun", shapes.quad((LEFT - 3.9, 3.6, 4.9), (0, 0, -0.5), (0.2, 0.4, 0)), sun)
 
 
@@ -109,7 +116,7 @@ def duvet(width, length, thick, seed, turn_down=0.0):
         y = round_ + fold + ridge - 1.15 * np.maximum(np.maximum(side, foot) - 0.03, 0)
         hanging = np.clip((side + foot) / 0.1, 0, 1)
         return x, np.maximum(y, 0.004) * (1 - hanging) + y * hanging, z
-    return shapes.sheet(point, 64, 60)
+    return forms.surface(point, 64, 60)
 
 
 def bed(glb, m):
@@ -117,7 +124,7 @@ def bed(glb, m):
     w, top, z = wide / 2, 0.5, 0.1
     legs = [(sx * (w - 0.06) - 0.04, sx * (w - 0.06) + 0.04, 0, 0.14, a, a + 0.08) for sx in (-1, 1)
             for a in (z + 0.1, z + long_ - 0.1)]
-    frame = furniture.bars((-w - 0.03, w + 0.03, 0.14, 0.3, z, z + long_ + 0.03), *legs)
+    frame = shapes.bars((-w - 0.03, w + 0.03, 0.14, 0.3, z, z + long_ + 0.03), *legs)
     glb.add("bed frame", frame, m["walnut"], (x, 0, 0))
     posts = [shapes.rounded((a, 0.0, 0.02), (b, c, 0.09), 0.012) for a, b, c in ((-w - 0.05, -w + 0.02, 1.12),
                                                                                  (w - 0.02, w + 0.05, 1.12))]
@@ -127,13 +134,12 @@ def bed(glb, m):
     glb.add("mattress", shapes.rounded((-w, 0.28, z), (w, top, z + long_), 0.05, 2), m["linen"], (x, 0, 0))
     glb.add("duvet", duvet(wide, long_ - 0.62, 0.075, 3), m["duvet"], (x, top, z + 0.6))
     glb.add("throw", throw(wide), m["throw"], (x, top + 0.118, z + long_ - 0.62))
-    big, small = furniture.pillow(0.72, 0.48, 0.17), furniture.pillow(0.44, 0.44, 0.16)
-    lean = lambda pillow, angle: shapes.turned(pillow, angle)
+    big, small = household.pillow(0.72, 0.48, 0.17), household.pillow(0.44, 0.44, 0.16)
     for i, (dx, y, dz, turn, angle, mesh, color) in enumerate((
             (-0.4, top - 0.01, 0.36, 4, 14, big, "pillow"), (0.4, top - 0.01, 0.34, -6, 12, big, "pillow"),
             (-0.36, top + 0.21, 0.26, -3, 62, big, "sage"), (0.36, top + 0.22, 0.27, 5, 60, big, "sage"),
             (0.06, top + 0.2, 0.49, 9, 58, small, "rust"))):
-        glb.add(f"pillow {i + 1}", lean(mesh, angle), m[color], (x + dx, y, z + dz), turn)
+        glb.add(f"pillow {i + 1}", shapes.turned(mesh, angle), m[color], (x + dx, y, z + dz), turn)
 
 
 def throw(wide):
@@ -145,43 +151,41 @@ def throw(wide):
         x = np.clip(a, -wide / 2, wide / 2) + np.sign(a) * (
             np.minimum(over, 0.11) + 0.012 * np.sin(30 * b) * (over > 0))
         return x, 0.035 + fold - np.maximum(over - 0.06, 0) * 1.2, b + 0.1 * a + 0.03 * np.sin(4 * a)
-    return shapes.sheet(point, 54, 22, (4, 1))
+    return forms.surface(point, 54, 22, (4, 1))
 
 
 def lamps(glb, m):
-    bulb = lit(glb, "bulb", 1500, color=(1.0, 0.68, 0.36))
+    bulb = glowing(glb, "bulb", 1500, color=(1.0, 0.68, 0.36))
     stand = furniture.cabinet(0.46, 0.52, 0.38, 1, (1, 1.4), legs=0.14)
-    lamp = furniture.table_lamp(0.44, 0.13, 0.02)
+    lamp = lighting.table_lamp(0.44, 0.13, 0.02)
     wear = dict(body=m["walnut"], fronts=m["walnut"], top=m["grain"], metal=m["metal"])
     for i, (dx, foot) in enumerate(((-1.16, "teal"), (1.16, "clay"))):
         x = BED[0] + dx
         place(glb, f"night stand {i + 1}", stand, wear, (x, 0, 0.02))
         place(glb, f"lamp {i + 1}", lamp, dict(foot=m[foot], shade=m["linen"], lining=m["white"], bulb=bulb),
               (x + 0.04 * dx, 0.545, 0.2))
-    off = furniture.pendant(0.5, 0.26, 0.2)
+    off = lighting.pendant(0.5, 0.26, 0.2)
     place(glb, "ceiling lamp", off, dict(metal=m["metal"], shade=m["linen"], lining=m["white"], bulb=m["white"]),
           (0.0, HIGH, 2.2))
 
 
 def furnishings(glb, m):
     rng = np.random.default_rng(31)
-    rug = shapes.box((-1.35, 0.0005, -0.9), (1.35, 0.014, 0.9))
-    rug["uvs"] = (rug["positions"][:, [0, 2]] / (2.7, 1.8) + 0.5).astype(np.float32)
-    glb.add("rug", rug, m["rug"], (-0.15, 0, 2.75), -4)
+    glb.add("rug", household.rug(2.7, 1.8, 0.014), m["rug"], (-0.15, 0, 2.75), -4)
     names = ("teal", "rust", "mustard", "navy", "plum", "sage", "black", "clay")
-    covers = furniture.covers(m, *names)
+    covers = household.covers(m, *names)
     shelf, levels = furniture.shelf(0.96, 2.05, 0.3, 6)
     place(glb, "bookcase", shelf, dict(wood=m["oak"]), (1.69, 0, 0.02))
     for i, level in enumerate(levels):
-        row = furniture.books(0.91, 0.29, 0.26, rng, len(names), rng.uniform(0.55, 0.95))
+        row = household.books(0.91, 0.29, 0.26, rng, len(names), rng.uniform(0.55, 0.95))
         place(glb, f"books {i + 1}", row, covers, (1.235, level, 0.03))
-    place(glb, "books on top", furniture.book_pile(4, rng, 8), covers, (1.48, 2.05, 0.18), 10)
-    glb.add("jar", furniture.vase([(0.06, 0), (0.1, 0.08), (0.07, 0.2), (0.05, 0.24), (0.07, 0.27)]), m["clay"],
+    place(glb, "books on top", household.book_pile(4, rng, 8), covers, (1.48, 2.05, 0.18), 10)
+    glb.add("jar", tableware.vase([(0.06, 0), (0.1, 0.08), (0.07, 0.2), (0.05, 0.24), (0.07, 0.27)]), m["clay"],
             (1.9, 2.05, 0.17))
-    place(glb, "night books", furniture.book_pile(3, rng, 8), covers, (BED[0] - 1.06, 0.545, 0.33), 15)
-    mug = furniture.mug()
+    place(glb, "night books", household.book_pile(3, rng, 8), covers, (BED[0] - 1.06, 0.545, 0.33), 15)
+    mug = tableware.mug()
     glb.add("mug", mug, m["teal"], (BED[0] + 1.03, 0.545, 0.34), 60)
-    clock = furniture.bars((-0.05, 0.05, 0, 0.07, -0.03, 0.03))
+    clock = shapes.bars((-0.05, 0.05, 0, 0.07, -0.03, 0.03))
     glb.add("clock", clock, m["black"], (BED[0] + 1.3, 0.545, 0.3), -20)
 
     place(glb, "armchair", furniture.armchair(), dict(cloth=m["mustard"], pad=m["linen"], wood=m["walnut"]),
@@ -189,20 +193,20 @@ def furnishings(glb, m):
     chest = furniture.cabinet(1.1, 0.85, 0.46, 2, (1, 1, 1, 1))
     place(glb, "chest", chest, dict(body=m["white"], fronts=m["white"], top=m["grain"], metal=m["metal"]),
           (RIGHT, 0, 1.15), -90)
-    place(glb, "plant", furniture.plant(rng, 38, 0.48, (0.15, 0.3)), dict(
+    place(glb, "plant", nature.plant(rng, 38, 0.48, (0.15, 0.3)), dict(
         pot=m["stone"], earth=m["earth"], leaves=m["leaves"]), (-1.88, 0, 0.55))
-    place(glb, "small plant", furniture.plant(rng, 24, 0.2, (0.06, 0.1)), dict(
+    place(glb, "small plant", nature.plant(rng, 24, 0.2, (0.06, 0.1)), dict(
         pot=m["clay"], earth=m["earth"], leaves=m["leaves"]), (RIGHT - 0.22, 0.875, 0.82))
-    glb.add("dish", furniture.bowl(0.08, 0.04), m["teal"], (RIGHT - 0.2, 0.875, 1.2))
-    shoe = furniture.shoe(0.26)
+    glb.add("dish", tableware.bowl(0.08, 0.04), m["teal"], (RIGHT - 0.2, 0.875, 1.2))
+    shoe = household.shoe(0.26)
     for i, (x, z, turn) in enumerate(((-0.92, 1.72, 150), (-0.8, 1.84, 118))):
         glb.add(f"slipper {i + 1}", shoe, m["plum"], (x, 0.014 if z > 1.8 else 0.001, z), turn)
     bench = shapes.joined(shapes.rounded((-0.6, 0.36, -0.2), (0.6, 0.46, 0.2), 0.03, 2))
     glb.add("bench", bench, m["teal"], (-0.1, 0, 2.58), 3)
-    legs = furniture.bars(*((x - 0.02, x + 0.02, 0, 0.37, z - 0.02, z + 0.02) for x in (-0.52, 0.52)
-                            for z in (-0.15, 0.15)))
+    legs = shapes.bars(*((x - 0.02, x + 0.02, 0, 0.37, z - 0.02, z + 0.02) for x in (-0.52, 0.52)
+                         for z in (-0.15, 0.15)))
     glb.add("bench legs", legs, m["walnut"], (-0.1, 0, 2.58), 3)
-    place(glb, "books on the bench", furniture.book_pile(2, rng, 8), covers, (-0.4, 0.46, 2.59), 30)
+    place(glb, "books on the bench", household.book_pile(2, rng, 8), covers, (-0.4, 0.46, 2.59), 30)
 
 
 def hang(glb, m):
@@ -213,17 +217,17 @@ def hang(glb, m):
               ("twig", pictures.botanical(96, 128, 5), 0.34, 0.44, "black", (BED[0] + 0.8, 1.64, BACK), 0),
               ("forms", pictures.abstract(96, 128, 4, art), 0.46, 0.6, "oak", (RIGHT, 1.6, 1.15), -90))
     for name, image, width, height, frame, at, turn in prints:
-        wear = dict(frame=m[frame], mat=m["white"], print=matte(glb, name, textures=glb.texture(name, image)))
-        place(glb, name, furniture.picture(width, height, 0.025, 0.055), wear, at, turn)
+        wear = dict(frame=m[frame], mat=m["white"], print=printed(glb, name, image))
+        place(glb, name, household.picture(width, height, 0.025, 0.055), wear, at, turn)
 
 
 def main():
-    glb = Glb("bedroom", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("bedroom", (640, 360))
     m = materials(glb)
     for part in (house, windows, bed, lamps, furnishings, hang):
         part(glb, m)
     glb.camera("bed", (1.45, 1.5, 4.15), (-0.3, 0.86, 0.9), 48)
-    save(glb, "bedroom")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-"""Surfaces from curves: sheets, sweeps, plates; the forms of `shapes.py` that stand on one axis are not enough for
-cloth, branches, gears and cushions. All have normals and texture coordinates, so that `shapes.joined` takes any two."""
+"""Surfaces from curves: sheets, tubes, plates, for what the forms of `shapes.py` that stand on one axis are not enough.
+All but `tube` and `pipe` have texture coordinates, so that `shapes.joined` takes any two."""
 
 import numpy as np
 
@@ -22,43 +22,13 @@ def sheet(points, uvs=None, tiles=1.0):
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
     triangles = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
     m = shapes.mesh(p.reshape(-1, 3), triangles, normal.reshape(-1, 3), np.reshape(uvs, (-1, 2)))
-    return without_slivers(m)
+    return shapes.without_slivers(m)
 
 
-def without_slivers(m, share=1e-5):
-    """Without the triangles that poles and pinched ends leave next to no area, measured by their longest edges."""
-    corners = m["positions"].astype(float)[m["triangles"]]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    longest = ((corners - np.roll(corners, 1, 1)) ** 2).sum(2).max(1)
-    return dict(m, triangles=m["triangles"][area > share * longest])
-
-
-def crinkled(m):
-    """Flat shading by vertices of each triangle's own, for what has edges."""
-    corners = m["positions"][m["triangles"]].astype(float)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    uvs = m["uvs"][m["triangles"]].reshape(-1, 2)
-    return shapes.mesh(corners.reshape(-1, 3), np.arange(len(corners) * 3).reshape(-1, 3), np.repeat(normal, 3, 0), uvs)
-
-
-def flipped(m):
-    return dict(m, triangles=m["triangles"][:, ::-1].copy(), normals=-m["normals"])
-
-
-def turning(axis, degrees):
-    """The matrix of a right-handed turn about 'x', 'y' or 'z'."""
-    k = "xyz".index(axis)
-    i, j = (k + 1) % 3, (k + 2) % 3
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    turn = np.eye(3)
-    turn[i, i], turn[i, j], turn[j, i], turn[j, j] = c, -s, s, c
-    return turn
-
-
-def turned(m, axis, degrees, offset=(0, 0, 0)):
-    turn = turning(axis, degrees)
-    return shapes.mesh(m["positions"] @ turn.T + np.asarray(offset), m["triangles"], m["normals"] @ turn.T, m["uvs"])
+def surface(point, across, down, tiles=(1, 1)):
+    """The sheet `point(s, t)` over the unit square, t downwards like a picture's; front along d/dt x d/ds."""
+    s, t = np.meshgrid(np.linspace(0, 1, across + 1), np.linspace(0, 1, down + 1))
+    return sheet(np.stack(np.broadcast_arrays(*point(s, t)), -1), np.stack([s, t], -1) * np.asarray(tiles))
 
 
 def facing(front):
@@ -67,13 +37,6 @@ def facing(front):
     right = np.cross([0, 1, 0.01], front)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(front, right), front])
-
-
-def stretched(m, factors):
-    """Scaled by three factors, normals with it."""
-    normals = m["normals"] / np.asarray(factors, float)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return shapes.mesh(m["positions"] * np.asarray(factors), m["triangles"], normals, m["uvs"])
 
 
 def cushion(size, roundness=0.35, rows=10, columns=20):
@@ -91,8 +54,57 @@ def cushion(size, roundness=0.35, rows=10, columns=20):
     return dict(m, normals=normal.astype(np.float32))
 
 
+def carried(along):
+    """For each direction of a line a unit vector across it, carried along with as little twist as can be."""
+    side = np.cross(along[0], np.eye(3)[np.argmin(np.abs(along[0]))])
+    sides = []
+    for t in along:
+        side = side - t * (side @ t)
+        side = side / np.linalg.norm(side)
+        sides.append(side)
+    return np.array(sides)
+
+
+def ringed(centers, radius, rings):
+    """An open tube of rings of unit vectors, one about each centre; without texture coordinates and so without a
+    seam."""
+    positions = centers[:, None] + radius * rings
+    index = np.arange(positions.size // 3).reshape(positions.shape[:2])
+    a, b, d, e = index[:-1], np.roll(index, -1, 1)[:-1], index[1:], np.roll(index, -1, 1)[1:]
+    triangles = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, e), (a, e, d))])
+    return shapes.mesh(positions.reshape(-1, 3), triangles, rings.reshape(-1, 3))
+
+
+def tube(points, radius, segments=12):
+    """A round tube along `points` in a plane of constant z, open at its ends."""
+    points = np.asarray(points, float)
+    along = np.gradient(points, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.stack([-along[:, 1], along[:, 0], 0 * along[:, 0]], 1)
+    angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
+    ring = np.cos(angles)[None, :, None] * side[:, None] + np.sin(angles)[None, :, None] * np.array([0, 0, 1.0])
+    return ringed(points, radius, ring)
+
+
+def pipe(points, radius, segments=8):
+    """A round tube along any line, closed at its ends; `radius` may be one for each point. Fewer vertices than
+    `swept`, and no texture coordinates."""
+    points = np.asarray(points, float)
+    radius = np.broadcast_to(np.asarray(radius, float), len(points))
+    along = np.gradient(points, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)[None, :, None]
+    sides = carried(along)[:, None]
+    rings = np.cos(angles) * sides + np.sin(angles) * np.cross(along[:, None], sides)
+    body = ringed(points, radius[:, None, None], rings)
+    fan = np.stack([np.zeros(segments - 2, int), np.arange(1, segments - 1), np.arange(2, segments)], 1)
+    ends = body["positions"].reshape(len(points), segments, 3)
+    caps = [shapes.mesh(ends[end], fan[:, ::way], [way * along[end]] * segments) for end, way in ((0, -1), (-1, 1))]
+    return shapes.joined(body, *caps)
+
+
 def swept(points, radius, segments=10, closed=False, capped=True):
-    """A round tube along any points in space; `radius` is a number or one for each point."""
+    """A round tube along any line, also a closed one, with texture coordinates; `radius` may be one for each point."""
     p = np.asarray(points, float)
     if closed:
         p = np.concatenate([p, p[:1]])
@@ -100,13 +112,7 @@ def swept(points, radius, segments=10, closed=False, capped=True):
     if closed:
         along[0] = along[-1] = p[1] - p[-2]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    side = np.cross(along[0], np.eye(3)[np.argmin(np.abs(along[0]))])
-    sides = []
-    for t in along:  # carried along without twist
-        side = side - t * (side @ t)
-        side = side / np.linalg.norm(side)
-        sides.append(side)
-    sides = np.array(sides)
+    sides = carried(along)
     if closed:  # undo what the way round has twisted
         other = np.cross(along[0], sides[0])
         twist = np.arctan2(sides[-1] @ other, sides[-1] @ sides[0]) * np.linspace(0, 1, len(p))
@@ -116,19 +122,19 @@ def swept(points, radius, segments=10, closed=False, capped=True):
     r = np.broadcast_to(np.asarray(radius, float), len(p))[:, None, None]
     length = np.pad(np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1)), (1, 0))
     uvs = np.stack(np.broadcast_arrays(np.linspace(0, 1, segments + 1)[None], length[:, None]), 2)
-    tube = flipped(sheet(p[:, None] + r * ring, uvs))
-    parts = [dict(tube, normals=ring.reshape(-1, 3).astype(np.float32))]
+    body = shapes.flipped(sheet(p[:, None] + r * ring, uvs))
+    parts = [dict(body, normals=ring.reshape(-1, 3).astype(np.float32))]
     for end, out in () if closed or not capped else ((0, -1), (-1, 1)):
         rim = p[end] + r[end] * ring[end]
         fan = np.stack([rim, np.broadcast_to(p[end], rim.shape)])
         cap = sheet(fan if out < 0 else fan[::-1])
         parts.append(dict(cap, normals=np.tile(out * along[end], (len(cap["positions"]), 1)).astype(np.float32)))
-    return shapes.joined(*map(without_slivers, parts))
+    return shapes.joined(*map(shapes.without_slivers, parts))
 
 
 def extruded(outline, inner, depth):
     """A plate in the x-y plane between two outlines of as many points, both counter-clockwise; its front is at
-    z = depth. `inner` may be one point: no hole."""
+    z = depth. `inner` may be one point: no hole. For plain convex ones `shapes.prism` does with fewer vertices."""
     outer = np.asarray(outline, float)
     inner = np.broadcast_to(np.asarray(inner, float), outer.shape)
     ring = lambda xy, z: np.concatenate([np.concatenate([xy, xy[:1]]), np.full((len(xy) + 1, 1), z)], 1)
@@ -136,4 +142,4 @@ def extruded(outline, inner, depth):
              (ring(outer, depth), ring(outer, 0))]
     if np.ptp(inner, axis=0).max() > 0:
         walls.append((ring(inner, 0), ring(inner, depth)))
-    return crinkled(shapes.joined(*(sheet(np.stack(pair)) for pair in walls)))
+    return shapes.crinkled(shapes.joined(*(sheet(np.stack(pair)) for pair in walls)))

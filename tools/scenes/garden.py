@@ -12,8 +12,9 @@ import architecture as arch
 import nature
 import scene
 import shapes
-from forms import sheet, swept, turned
-from looks import blocks, cloudy, lit, matte, planks, printed, sky
+from forms import sheet, swept
+from looks import lit, matte, printed
+from pictures import blocks, cloudy, lawn, planks, sky, spray
 
 SKY_RADIUS = 16.0
 SUN = np.array([-0.6, 0.74, 0.24])  # towards it
@@ -25,13 +26,12 @@ def leafy(glb, name, picture, tint):
 
 
 def looks(glb):
-    spray = nature.leaves_picture(128)
-    broad = nature.leaves_picture(128, 15, 5)
+    narrow, broad = spray(128), spray(128, 15, 5)
     stone = blocks([0.62, 0.56, 0.48], [0.42, 0.37, 0.31], [0.26, 0.24, 0.21], 6, 3, seed=3, gap=0.014)
     return dict(
-        lime=leafy(glb, "lime leaves", spray, (0.85, 1.0, 0.8)),
-        birch=leafy(glb, "birch leaves", spray, (1.0, 1.0, 0.55)),
-        hedge=leafy(glb, "hedge leaves", spray, (0.6, 0.75, 0.55)), ivy=leafy(glb, "ivy", broad, (0.65, 0.85, 0.6)),
+        lime=leafy(glb, "lime leaves", narrow, (0.85, 1.0, 0.8)),
+        birch=leafy(glb, "birch leaves", narrow, (1.0, 1.0, 0.55)),
+        hedge=leafy(glb, "hedge leaves", narrow, (0.6, 0.75, 0.55)), ivy=leafy(glb, "ivy", broad, (0.65, 0.85, 0.6)),
         bush=leafy(glb, "bush leaves", broad, (0.95, 1.0, 0.75)),
         core=matte(glb, "inside of the hedge", (0.035, 0.045, 0.02)),
         bark=printed(glb, "bark", cloudy([0.3, 0.23, 0.17], [0.13, 0.1, 0.075], 10, 64, seed=5)),
@@ -39,7 +39,7 @@ def looks(glb):
         stone=printed(glb, "garden wall", stone), cap=matte(glb, "coping", (0.5, 0.46, 0.4)),
         slab=printed(glb, "path slabs", cloudy([0.62, 0.58, 0.52], [0.46, 0.43, 0.38], 10, 64, seed=2)),
         pebble=matte(glb, "pebble", (0.45, 0.43, 0.4)), mud=matte(glb, "pond bed", (0.2, 0.16, 0.11)),
-        lawn=printed(glb, "lawn", nature.grass_picture([0.27, 0.37, 0.13], [0.16, 0.25, 0.08])),
+        lawn=printed(glb, "lawn", lawn([0.27, 0.37, 0.13], [0.16, 0.25, 0.08])),
         blade=matte(glb, "grass", (0.2, 0.38, 0.07), doubleSided=True),
         dry=matte(glb, "reed", (0.42, 0.45, 0.16), doubleSided=True),
         teak=printed(glb, "teak", planks([0.5, 0.36, 0.22], [0.36, 0.24, 0.14], 4, 64, seed=6)),
@@ -134,7 +134,7 @@ def trees(glb, look):
 def furniture(glb, look, rng):
     plank = lambda low, high: shapes.box(low, high, 0.8)
     slats = [plank((-0.8, 0.42, z - 0.045), (0.8, 0.45, z + 0.045)) for z in (-0.18, -0.07, 0.04, 0.15)]
-    rest = [turned(plank((-0.8, y, -0.012), (0.8, y + 0.08, 0.012)), "x", -10, (0, 0.02, -0.16))
+    rest = [shapes.turned(plank((-0.8, y, -0.012), (0.8, y + 0.08, 0.012)), -10, offset=(0, 0.02, -0.16))
             for y in (0.52, 0.64, 0.76)]
     legs = [plank((x - 0.035, -0.05, z - 0.035), (x + 0.035, top, z + 0.035))
             for x in (-0.74, 0.74) for z, top in ((0.17, 0.62), (-0.27, 0.92))]

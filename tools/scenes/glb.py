@@ -1,9 +1,7 @@
-"""Writes binary glTF 2.0: shared meshes, materials by name, nodes with transforms."""
+"""Writes binary glTF 2.0: shared meshes, materials by name, nodes with transforms; puts pieces into it."""
 
 import json
 import struct
-import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -122,28 +120,7 @@ class Glb:
             file.write(struct.pack("<II", len(self.bytes), 0x004E4942) + bytes(self.bytes))
 
 
-def matte(glb, name, base=(1, 1, 1), **more):
-    return glb.material(name, base, extensions=dict(KHR_materials_specular=dict(specularFactor=0.0)), **more)
-
-
-def lit(glb, name, strength, picture=None, color=(1, 1, 1), **more):
-    """A surface that shines with `strength` times its picture or colour."""
-    if picture is not None:
-        more["emissiveTexture"] = picture
-    extensions = dict(KHR_materials_emissive_strength=dict(emissiveStrength=strength),
-                      KHR_materials_specular=dict(specularFactor=0.0))
-    return glb.material(name, (0.5, 0.5, 0.5), emissiveFactor=[float(c) for c in color], extensions=extensions, **more)
-
-
 def place(glb, name, piece, materials, offset=(0, 0, 0), turn_y=0.0, scale=1.0):
     """Adds a piece: a dict of meshes by what they are made of, with materials by the same keys."""
     for part, m in piece.items():
         glb.add(f"{name} {part}", m, materials[part], offset, turn_y, scale)
-
-
-def save(glb, name):
-    """Writes scenes/NAME.glb, or what the command line names."""
-    default = Path(__file__).resolve().parents[2] / "scenes" / f"{name}.glb"
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else default
-    glb.write(out)
-    print(f"{out}: {out.stat().st_size / 1e6:.2f} MB")

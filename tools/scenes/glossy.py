@@ -10,8 +10,9 @@ import numpy as np
 
 import scene
 import shapes
-from forms import cushion, extruded, facing, sheet, stretched, swept, turned
-from looks import cloudy, lit, matte, printed
+from forms import cushion, extruded, facing, sheet, swept
+from looks import lit, matte, printed
+from pictures import cloudy
 
 
 def metals(glb):
@@ -35,7 +36,7 @@ def gear(teeth, radius, hole, depth):
     hub = shapes.lathe([(1.9 * hole, depth), (1.9 * hole, 1.5 * depth)],
                        [(1.9 * hole, 1.5 * depth), (hole, 1.5 * depth)],
                        [(hole, 1.5 * depth), (hole, depth)])
-    return shapes.joined(turned(extruded(outline, round_hole, depth), "x", -90), hub)
+    return shapes.joined(shapes.turned(extruded(outline, round_hole, depth), -90), hub)
 
 
 def spoon(length=0.17):
@@ -43,18 +44,18 @@ def spoon(length=0.17):
     t = np.linspace(0, 1, 24)
     handle = np.stack([-length * t, 0.012 + 0.012 * np.sin(np.pi * t) - 0.008 * t**2, 0 * t], 1)
     stem = swept(handle, 0.0026 + 0.0022 * t**3, 10)
-    stem = stretched(stem, (1, 1, 1.6))
+    stem = shapes.stretched(stem, (1, 1, 1.6))
     a = np.linspace(0.02, np.pi / 2, 10)
     outside = np.stack([np.sin(a), -np.cos(a)], 1)
     inside = (outside * 0.93)[::-1]
     bowl = shapes.lathe(outside, [outside[-1], inside[0]], inside, segments=32)
-    return shapes.joined(stem, shapes.moved(stretched(bowl, (0.033, 0.013, 0.022)), (0.03, 0.0135, 0)))
+    return shapes.joined(stem, shapes.moved(shapes.stretched(bowl, (0.033, 0.013, 0.022)), (0.03, 0.0135, 0)))
 
 
 def fork(length=0.13):
     t = np.linspace(0, 1, 24)
-    stem = stretched(swept(np.stack([-length * t, 0.008 + 0.012 * np.sin(np.pi * t), 0 * t], 1), 0.0028, 10),
-                     (1, 1, 1.7))
+    stem = shapes.stretched(swept(np.stack([-length * t, 0.008 + 0.012 * np.sin(np.pi * t), 0 * t], 1), 0.0028, 10),
+                            (1, 1, 1.7))
     root = shapes.moved(cushion((0.03, 0.005, 0.026), 0.6), (0.01, 0.0055, 0))
     t = t[:12] / t[11]
     prongs = [swept(np.stack([0.015 + 0.045 * t, 0.008 - 0.004 * np.sin(np.pi * t), 0 * t + z], 1),
@@ -68,7 +69,7 @@ def knife():
     upper = np.stack([0.11 * t, 0.009 * np.sqrt(np.clip(1 - t**6, 0, 1))], 1)
     lower = np.stack([0.11 * t, -0.009 + 0.006 * t**4], 1)[:-1]
     outline = np.concatenate([lower, upper[::-1]])
-    blade = shapes.moved(turned(extruded(outline, (0.05, 0), 0.0016), "x", -90), (0, 0.004, 0))
+    blade = shapes.moved(shapes.turned(extruded(outline, (0.05, 0), 0.0016), -90), (0, 0.004, 0))
     return shapes.joined(blade, shapes.moved(cushion((0.1, 0.009, 0.019), 0.55), (-0.047, 0.0, 0)))
 
 
@@ -98,10 +99,9 @@ def turned_ware():
     t = np.linspace(0, 1, 30)
     handle = np.stack([0.04 + 0.065 * np.sin(np.pi * t) ** 0.8, 0.178 - 0.125 * t, 0 * t], 1)
     jug = shapes.joined(jug, swept(handle, 0.0062 - 0.002 * t, 12))
-    goblet = shapes.lathe([(0, 0), (0.037, 0)], [(0.037, 0), (0.038, 0.003), (0.02, 0.009), (0.007, 0.016),
-                                                 (0.0055, 0.05),
-                                               (0.01, 0.06), (0.006, 0.07), (0.012, 0.082), (0.031, 0.1), (0.039, 0.13),
-                                               (0.037, 0.165)],
+    goblet = shapes.lathe([(0, 0), (0.037, 0)],
+                          [(0.037, 0), (0.038, 0.003), (0.02, 0.009), (0.007, 0.016), (0.0055, 0.05), (0.01, 0.06),
+                           (0.006, 0.07), (0.012, 0.082), (0.031, 0.1), (0.039, 0.13), (0.037, 0.165)],
                           [(0.037, 0.165), (0.0355, 0.165)],
                           [(0.0355, 0.165), (0.037, 0.13), (0.029, 0.102), (0, 0.088)],
                           segments=56)
@@ -185,7 +185,7 @@ def still_life(glb, metal):
     put("gear", wheel, "brass", -0.34, 0.27, 5)
     put("pinion", pinion, "steel", -0.237, 0.27, 9)
     put("gear on top", pinion, "bronze", -0.36, 0.25, 20, top + 0.018)
-    glb.add("leaning gear", turned(wheel, "x", 72), metal["steel"], (0.45, top + 0.066, 0.19), -25)
+    glb.add("leaning gear", shapes.turned(wheel, 72), metal["steel"], (0.45, top + 0.066, 0.19), -25)
     t = np.linspace(0, 14 * np.pi, 240)
     coil = np.stack([0.06 * t / t[-1] - 0.03, 0.0125 + 0.011 * np.sin(t), 0.011 * np.cos(t)], 1)
     put("spring", swept(coil, 0.0014, 8), "steel", -0.13, 0.29, 35)
@@ -195,7 +195,7 @@ def still_life(glb, metal):
         s = k / 13
         x, z = -0.03 + 0.27 * s, 0.315 + 0.035 * np.sin(5 * s)
         turn = -np.degrees(np.arctan2(0.035 * 5 * np.cos(5 * s), 0.27))
-        m = link if k % 2 == 0 else turned(link, "x", 55, (0, 0.005, 0))
+        m = link if k % 2 == 0 else shapes.turned(link, 55, offset=(0, 0.005, 0))
         put("link", m, "dark" if k % 4 else "brass", x, z, turn, top + 0.0005)
 
 

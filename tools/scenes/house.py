@@ -10,12 +10,13 @@ import numpy as np
 
 import architecture as arch
 import nature
-import pictures
 import scene
 import shapes
-from forms import cushion, swept, turned
-from household import bookcase, chair, seat, table
-from looks import blocks, cloudy, damask, lit, matte, planks, printed, sky
+from forms import cushion, swept
+from furniture import full_bookcase, plain_chair, plain_table, sofa
+from household import drape
+from looks import lit, matte, printed
+from pictures import blocks, cloudy, damask, lawn, planks, sky, wood
 
 WEST, MIDDLE, EAST, DEEP, HIGH, WALL = -7.0, -3.25, 3.3, 2.6, 2.7, 0.24
 SKY_RADIUS = 17.0
@@ -33,7 +34,7 @@ def looks(glb):
         paint=matte(glb, "white paint", (0.8, 0.79, 0.76)), ceiling=matte(glb, "ceiling", (0.84, 0.83, 0.8)),
         siding=printed(glb, "siding", planks([0.66, 0.72, 0.72], [0.56, 0.63, 0.64], 8, seed=2)),
         roof=printed(glb, "roof tiles", blocks([0.45, 0.2, 0.13], [0.34, 0.14, 0.1], [0.18, 0.08, 0.06], 8, 8, seed=3)),
-        oak=printed(glb, "oak", pictures.wood(128, 128, [0.5, 0.33, 0.19], [0.36, 0.22, 0.11], 8)),
+        oak=printed(glb, "oak", wood(128, 128, [0.5, 0.33, 0.19], [0.36, 0.22, 0.11], 8)),
         walnut=matte(glb, "walnut", (0.22, 0.13, 0.075)), iron=matte(glb, "iron", (0.05, 0.05, 0.055)),
         wool=printed(glb, "blue wool", cloudy([0.13, 0.24, 0.36], [0.09, 0.17, 0.28], 24, seed=4)),
         ochre=matte(glb, "ochre cushion", (0.72, 0.45, 0.1)), rust=matte(glb, "rust cushion", (0.55, 0.16, 0.08)),
@@ -43,7 +44,7 @@ def looks(glb):
         leaf=matte(glb, "leaves", (0.15, 0.3, 0.06), doubleSided=True),
         pale=matte(glb, "pale leaves", (0.28, 0.4, 0.1), doubleSided=True),
         bark=matte(glb, "bark", (0.2, 0.14, 0.1)),
-        lawn=printed(glb, "lawn", nature.grass_picture([0.2, 0.36, 0.09], [0.11, 0.24, 0.05])),
+        lawn=printed(glb, "lawn", lawn([0.2, 0.36, 0.09], [0.11, 0.24, 0.05])),
         books=[matte(glb, f"book {i + 1}", c) for i, c in enumerate((
             (0.5, 0.1, 0.08), (0.1, 0.2, 0.35), (0.65, 0.55, 0.35), (0.12, 0.28, 0.16), (0.3, 0.12, 0.25)))])
 
@@ -112,13 +113,13 @@ def roof(glb, look):
     slab = shapes.box((-length / 2, 0.02, -0.05), (length / 2, 0.1, np.hypot(rise, span)), 2.0)
     middle = (WEST + EAST) / 2
     for turn in (0, 180):
-        glb.add("roof", turned(slab, "x", slope), look["roof"], (middle, HIGH + rise, 0), turn)
+        glb.add("roof", shapes.turned(slab, slope), look["roof"], (middle, HIGH + rise, 0), turn)
     gable = shapes.mesh([(0, 0, DEEP), (0, 0, -DEEP), (0, rise * DEEP / span, 0)], [(0, 1, 2)], [(1, 0, 0)] * 3,
                         [(0, 2), (2, 2), (1, 0)])
     glb.add("gable", gable, look["siding"], (EAST + WALL, HIGH, 0))
     glb.add("gable", gable, look["siding"], (WEST - WALL, HIGH, 0), 180)
     porch = shapes.box((-length / 2, 0.0, 0.0), (length / 2, 0.07, PORCH + 0.1), 2.0)
-    glb.add("veranda roof", turned(porch, "x", 7), look["roof"], (middle, HIGH + 0.2, -DEEP - 0.02), 180)
+    glb.add("veranda roof", shapes.turned(porch, 7), look["roof"], (middle, HIGH + 0.2, -DEEP - 0.02), 180)
     glb.add("deck", shapes.box((WEST - 0.2, -0.3, -DEEP - PORCH - 0.1), (EAST + 0.2, -0.04, -DEEP - 0.12), 1.2),
             look["deck"])
     glb.add("steps", shapes.box((-2.2, -0.3, -DEEP - PORCH - 0.45), (0, -0.17, -DEEP - PORCH - 0.1), 1.2), look["deck"])
@@ -136,9 +137,9 @@ def roof(glb, look):
 
 def living_room(glb, look, rng):
     glb.add("rug", shapes.box((-1.5, 0.002, -1.0), (1.5, 0.014, 1.0), 1.5), look["rug"], (0.2, 0, -0.25))
-    seat(glb, look, "sofa", 2.2, (2.55, 0.0, -0.4), -90, ((-0.6, "ochre"), (0.62, "rust")))
-    seat(glb, look, "armchair", 0.95, (-1.75, 0.0, -0.75), 70, ((0.0, "cream"),))
-    glb.add("low table", table(1.1, 0.6, 0.4), look["oak"], (0.65, 0.015, -0.4), 90)
+    sofa(glb, look, "sofa", 2.2, (2.55, 0.0, -0.4), -90, ((-0.6, "ochre"), (0.62, "rust")))
+    sofa(glb, look, "armchair", 0.95, (-1.75, 0.0, -0.75), 70, ((0.0, "cream"),))
+    glb.add("low table", plain_table(1.1, 0.6, 0.4), look["oak"], (0.65, 0.015, -0.4), 90)
     for i, (x, z, turn) in enumerate(((0.62, -0.15, 20), (0.64, -0.16, 32), (0.6, -0.14, 8))):
         glb.add("book", shapes.box((-0.13, 0, -0.09), (0.13, 0.028, 0.09)), look["books"][i],
                 (x, 0.416 + 0.0285 * i, z), turn)
@@ -148,9 +149,9 @@ def living_room(glb, look, rng):
     apple = cushion((0.075, 0.07, 0.075), 0.85, 10, 16)
     for x, y, z, which in ((0.65, 0.445, -0.68, "rust"), (0.72, 0.45, -0.65, "pale"), (0.7, 0.452, -0.73, "ochre")):
         glb.add("apple", apple, look[which], (x, y, z))
-    bookcase(glb, look, (MIDDLE + 0.38, 0, 1.75), 90, rng)
+    full_bookcase(glb, look, (MIDDLE + 0.38, 0, 1.75), 90, rng)
     rod = swept([(-0.95, 0, 0), (0.95, 0, 0)], 0.014, 8)
-    side = arch.drape(0.5, 2.3, 5, 0.045, 16, 40, gather=0.25, seed=6)
+    side = drape(0.5, 2.3, 5, 0.045, 16, 40, gather=0.25, seed=6)
     for x in (1.15, 2.9):
         glb.add("curtain", side, look["cream"], (x, 2.36, -DEEP + 0.2))
     glb.add("curtain rod", rod, look["iron"], (2.0, 2.38, -DEEP + 0.2))
@@ -179,17 +180,16 @@ def living_room(glb, look, rng):
 
 def dining_room(glb, look):
     at = (-5.15, 0, -0.5)
-    glb.add("dining table", table(0.9, 1.8, 0.75, 0.07), look["oak"], at)
+    glb.add("dining table", plain_table(0.9, 1.8, 0.75, 0.07), look["oak"], at)
     for dx, dz, turn in ((-0.65, -0.45, 90), (-0.65, 0.4, 84), (0.65, -0.4, -90), (0.72, 0.45, -80), (0.05, 1.2, 178)):
-        glb.add("chair", chair(), look["walnut"], (at[0] + dx, 0, at[2] + dz), turn)
+        glb.add("chair", plain_chair(), look["walnut"], (at[0] + dx, 0, at[2] + dz), turn)
     vase = shapes.lathe([(0, 0), (0.05, 0), (0.09, 0.08), (0.08, 0.16), (0.035, 0.22), (0.045, 0.25)], segments=28)
     glb.add("vase", vase, look["wool"], (at[0], 0.75, at[2] + 0.1))
     glb.add("sideboard", shapes.box((-6.95, 0.12, 0.6), (-6.5, 0.85, 2.2), 0.8), look["oak"])
 
 
 def garden(glb, look, rng):
-    lawn = nature.ground(SKY_RADIUS, lambda x, z: -0.3 + 0.0 * x)
-    glb.add("lawn", lawn, look["lawn"])
+    glb.add("lawn", nature.ground(SKY_RADIUS, lambda x, z: -0.3 + 0.0 * x), look["lawn"])
     slab = shapes.box((-0.42, -0.3, -0.3), (0.42, -0.27, 0.3), 1.0)
     for k in range(10):
         glb.add("path", slab, look["wall"], (-1.1 + 0.3 * np.sin(k), 0, -5.1 - 0.72 * k), 8 * np.sin(3 * k))
@@ -203,7 +203,7 @@ def garden(glb, look, rng):
     for k in range(5):
         glb.add("hedge", hedge, look["leaf"], (-8 + 4 * k, -0.3, -13.6 + 0.2 * (k % 2)))
         glb.add("hedge core", core, look["leaf"], (-8 + 4 * k, -0.3, -13.6 + 0.2 * (k % 2)))
-    glb.add("bench seat", table(1.5, 0.45, 0.44, 0.07), look["deck"], (2.4, -0.3, -7.4), -20)
+    glb.add("bench seat", plain_table(1.5, 0.45, 0.44, 0.07), look["deck"], (2.4, -0.3, -7.4), -20)
     tuft = nature.tuft(rng, 12, 0.16)
     for x, z in rng.uniform((-6, -12.5), (5, -5.6), (160, 2)):
         if abs(x + 1.1) > 0.8:

@@ -1,22 +1,21 @@
 #!/usr/bin/env python3
 """Makes scenes/marbles.glb, the demo scene: a game of marbles by the window at dusk, watched by a family of ducks.
 
-Everything is made here, shapes and pictures alike; needs Python 3.9 and NumPy. The same NumPy gives the same file.
+Everything is made here, shapes and pictures alike.
 
     python3 tools/scenes/marbles.py [OUT.glb]
 """
 
-import sys
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 
+import forms
 import pictures
+import scene
 import shapes
-from glb import Glb, lit, matte
+from looks import glowing, matte, printed
 
-RESOLUTION = (640, 400)
 MARBLE = 0.0125  # radius
 DUCK, DUCK_SCALE = (0.235, 0, 0.0), 1.25
 
@@ -50,13 +49,6 @@ def bill(p):
     upper = ellipsoid(p, (4.9, 6.75, 0), (1.25, 0.36, 1.05))
     lower = ellipsoid(p, (4.65, 6.3, 0), (1.0, 0.28, 0.85))
     return smooth_min(upper, lower, 0.25)
-
-
-def squashed(m, radii, center):
-    """A unit sphere made an ellipsoid, with its normals."""
-    normals = m["normals"] / np.asarray(radii)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return shapes.mesh(m["positions"] * radii + np.asarray(center), m["triangles"], normals)
 
 
 def cats_eye(radius, twist=1.7):
@@ -123,10 +115,10 @@ def room(glb):
             parts.append(shapes.box(ends.min(0), ends.max(0)))
         glb.add(name + " frame", shapes.joined(*parts), frame)
 
-    evening = lit(glb, "evening", 1.8, glb.texture("dusk", pictures.dusk()))
+    evening = glowing(glb, "evening", 1.8, emissiveTexture=glb.texture("dusk", pictures.dusk()))
     window("window", (-0.57, 0.06, low[2]), (0.56, 0, 0), (0, 0.4, 0), evening, (0, 0, 1))
     glb.add("sill", shapes.box((-0.63, 0.015, low[2]), (0.05, 0.042, low[2] + 0.06)), frame)
-    daylight = lit(glb, "daylight", 6.0, color=(0.78, 0.88, 1.0))
+    daylight = glowing(glb, "daylight", 6.0, color=(0.78, 0.88, 1.0))
     window("side window", (low[0], 0.1, 1.5), (0, 0, -1.1), (0, 1.1, 0), daylight, (1, 0, 0))
 
     art = glb.material("print", roughness=0.6, textures=glb.texture("poster", pictures.poster()))
@@ -142,7 +134,7 @@ def room(glb):
 
 
 def table(glb):
-    cloth = matte(glb, "gingham", textures=glb.texture("gingham", pictures.gingham()))
+    cloth = printed(glb, "gingham", pictures.gingham())
     wood = glb.material("walnut", (0.42, 0.27, 0.17), roughness=0.4)
     glb.add("table", shapes.box((-0.8, -0.04, -0.5), (0.8, -0.002, 0.5)), wood)
     glb.add("cloth", shapes.quad((-0.78, 0, 0.48), (1.56, 0, 0), (0, 0, -0.96), (26, 16)), cloth)
@@ -150,7 +142,7 @@ def table(glb):
 
 def lamp(glb, offset):
     brass = glb.material("brass", (0.91, 0.74, 0.42), metallic=1.0, roughness=0.22)
-    cloth = lit(glb, "lamp shade", 6.0, glb.texture("shade", pictures.shade()), doubleSided=True)
+    cloth = glowing(glb, "lamp shade", 6.0, doubleSided=True, emissiveTexture=glb.texture("shade", pictures.shade()))
     foot = shapes.lathe([(0.058, 0.0), (0.058, 0.006)],
                         [(0.058, 0.006), (0.05, 0.012), (0.025, 0.018), (0.012, 0.03), (0.008, 0.05), (0.014, 0.075),
                          (0.018, 0.09), (0.014, 0.105), (0.007, 0.12), (0.006, 0.15), (0.006, 0.2), (0.006, 0.26)])
@@ -169,7 +161,7 @@ def cup(glb, offset):
     glb.add("cup", shapes.lathe([(0.0, 0.012), (0.022, 0.012)], outside, lip, inside), china, offset)
     t = np.linspace(-0.62 * np.pi, 0.62 * np.pi, 24)
     handle = np.stack([0.038 + 0.019 * np.cos(t) * 1.1, 0.043 + 0.021 * np.sin(t), 0 * t], 1)
-    glb.add("handle", shapes.tube(handle, 0.0036), plain, offset, turn_y=-40)
+    glb.add("handle", forms.tube(handle, 0.0036), plain, offset, turn_y=-40)
     glb.add("tea", shapes.lathe([(0.0395, 0.061), (0.02, 0.061), (0.0, 0.061)]), tea, offset)
     saucer = shapes.lathe([(0.0, 0.001), (0.03, 0.001), (0.03, 0.003), (0.05, 0.008), (0.068, 0.014)],
                           [(0.068, 0.014), (0.069, 0.0155), (0.067, 0.016)],
@@ -184,9 +176,9 @@ def ducks(glb):
     centimetre = 0.01
     body = shapes.moved(shapes.isosurface(duck_body, (-6, -0.2, -4.4), (5.6, 10, 4.4), 56), scale=centimetre)
     beak = shapes.moved(shapes.isosurface(bill, (3, 5.6, -1.5), (6.6, 7.6, 1.5), 26), scale=centimetre)
-    ball = shapes.sphere(1.0, 2)
-    eyes = shapes.moved(shapes.joined(*(
-        squashed(ball, (0.36, 0.46, 0.3), (3.85, 7.7, side * 1.52)) for side in (-1, 1))), scale=centimetre)
+    ball = shapes.stretched(shapes.sphere(1.0, 2), (0.36, 0.46, 0.3))
+    eyes = shapes.moved(shapes.joined(*(shapes.moved(ball, (3.85, 7.7, side * 1.52)) for side in (-1, 1))),
+                        scale=centimetre)
 
     def duck(name, offset, turn_y, scale):
         for part, m, material in (("", body, yellow), (" bill", beak, orange), (" eyes", eyes, black)):
@@ -252,9 +244,7 @@ def marbles(glb, center, rng):
 
 
 def main():
-    default = Path(__file__).resolve().parents[2] / "scenes" / "marbles.glb"
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else default
-    glb = Glb("marbles", "CC0 1.0, the Halfway contributors", RESOLUTION)
+    glb = scene.begin("marbles", (640, 400))
     room(glb)
     table(glb)
     lamp(glb, (0.4, 0, -0.3))
@@ -263,8 +253,7 @@ def main():
     marbles(glb, (-0.04, 0.0, 0.06), np.random.default_rng(7))
     glb.camera("table", (-0.02, 0.33, 0.92), (0.0, 0.078, 0.0), 29)
     glb.camera("duck", (0.0, 0.13, 0.42), (0.17, 0.06, 0.02), 32)
-    glb.write(out)
-    print(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
+    scene.save(glb)
 
 
 if __name__ == "__main__":

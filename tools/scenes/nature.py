@@ -1,11 +1,10 @@
-"""Plants and ground: trees, hedges, tufts, stones. Leaves are cards; whether they wear a cut-out picture or are cut as
-lozenges is the scene's choice."""
+"""Plants, ground and sky: trees, hedges, tufts, stones, a pot plant. Trees' leaves are cards; whether they wear a
+cut-out picture or are cut as lozenges is the scene's choice."""
 
 import numpy as np
 
 import shapes
-from forms import cushion, sheet, swept
-from pictures import blend, noise, plane, smooth
+from forms import cushion, sheet, surface, swept
 
 SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * 0.5
 LOZENGE = np.array([(0, -0.5), (0.22, 0.0), (0, 0.5), (-0.22, 0.0)])
@@ -121,32 +120,21 @@ def dome(radius, base=0.0, rows=6, columns=24):
     return sheet(p, uvs)
 
 
-def leaves_picture(size=128, leaves=26, seed=1):
-    """A spray of leaves with its outline as alpha, (size, size, 4)."""
-    rng = np.random.default_rng(seed)
-    x, y = plane(size, size)
-    x, y = 2 * x - 1, 1 - 2 * y
-    color = np.broadcast_to([0.2, 0.32, 0.1], (size, size, 3))
-    alpha = 1 - smooth(0.016, np.abs(x - 0.08 * np.sin(3 * y)), 0.012)
-    alpha = alpha * (np.abs(y) < 0.85)
-    for k in range(leaves):
-        root = -0.8 + 1.5 * k / leaves
-        a = np.radians(90 + (-1) ** k * rng.uniform(25, 75))
-        long, wide = rng.uniform(0.3, 0.5) * (1 - 0.25 * abs(root)), rng.uniform(0.085, 0.13)
-        dx, dy = x - 0.08 * np.sin(3 * root), y - root
-        along, across = (dx * np.cos(a) + dy * np.sin(a)) / long, (dy * np.cos(a) - dx * np.sin(a)) / wide
-        half = np.sqrt(np.clip(along * (1 - along), 0, 1)) * 1.6 * (1 - 0.5 * along)
-        inside = 1 - smooth(0, np.abs(across) - half, 0.12)
-        inside = inside * ((along > 0) & (along < 1))
-        shade = blend([0.2, 0.36, 0.1], [0.42, 0.56, 0.16], np.full_like(x, rng.random()))
-        vein = 1 - 0.25 * (1 - smooth(0.05, np.abs(across), 0.05))
-        color = blend(color, shade * vein[..., None], inside)
-        alpha = np.maximum(alpha, inside)
-    return np.concatenate([color, alpha[..., None]], 2)
+def plant(rng, leaves=26, size=0.3, pot=(0.11, 0.2)):
+    """A pot with a spray of long leaves, to be seen from both sides."""
+    radius, height = pot
+    piece = dict(pot=shapes.lathe([(0, 0), (0.72 * radius, 0)], [(0.72 * radius, 0), (radius, height)],
+                                  [(radius, height), (radius - 0.012, height)],
+                                  [(radius - 0.012, height), (radius - 0.016, height - 0.03)], segments=24),
+                 earth=shapes.disc(radius - 0.014, height - 0.02, 16))
+    parts = []
+    for i in range(leaves):
+        turn, rise, long_ = i * 137.5, rng.uniform(0.25, 1.25), size * rng.uniform(0.7, 1.3)
 
-
-def grass_picture(light, dark, size=256, seed=4):
-    """Mown lawn from above: fine streaks in soft patches."""
-    fine = noise(size, size, (size // 2, size // 6), seed)
-    patch = noise(size, size, (6, 6), seed + 1)
-    return blend(light, dark, np.clip(0.6 * fine + 0.4 * patch, 0, 1))
+        def point(s, t, rise=rise, long_=long_):
+            wide = 0.11 * long_ * np.sin(np.pi * (0.08 + 0.9 * t)) ** 0.8
+            out = long_ * (t * np.cos(rise) + 0.25 * t**2)
+            up = long_ * (1.1 * t * np.sin(rise) + 0.35 * t - 0.75 * t**2 * np.cos(rise))
+            return (2 * s - 1) * wide, up + 0.25 * wide * np.abs(2 * s - 1), 0.012 + out
+        parts.append(shapes.moved(surface(point, 2, 7), (0, height - 0.025, 0), turn))
+    return {**piece, "leaves": shapes.joined(*parts)}

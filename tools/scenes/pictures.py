@@ -135,7 +135,8 @@ def few(picture, levels=40):
 
 
 def boards(size, across, light, dark, seed):
-    """A wooden floor, one repeat: `across` boards along x, their ends staggered, dark joints between them."""
+    """A wooden floor, one repeat: `across` boards along x, their ends staggered, dark joints between them; in few
+    colours, where `planks` have more grain and no ends."""
     x, y = plane(size, size)
     row = (y * across).astype(int)
     rng = np.random.default_rng(seed)
@@ -264,3 +265,81 @@ def runner(width, height, ground, stripe):
     cross = (np.minimum(u, v) < 0.1) & (np.maximum(u, v) < 0.3)
     threads = 1 - 0.05 * ((np.arange(height)[:, None] + np.arange(width)[None]) % 2)
     return few(blend(ground, stripe, np.clip(lines + cross, 0, 1)) * threads[..., None], 60)
+
+
+def cloudy(light, dark, cells=8, size=128, seed=0, contrast=1.0):
+    """Two colours in soft blots of three sizes: plaster, earth, rough cloth."""
+    share = sum(noise(size, size, (cells * 2**k,) * 2, seed + k) * w for k, w in enumerate((0.5, 0.3, 0.2)))
+    return blend(light, dark, np.clip((share - 0.5) * 1.6 * contrast + 0.5, 0, 1))
+
+
+def blocks(light, dark, joint, rows, columns, size=256, seed=0, gap=0.012, shift=0.5):
+    """Courses of stones, each of its own shade, every other one shifted; bricks and floor slabs alike."""
+    x, y = plane(size, size)
+    row = np.floor(y * rows).astype(int)
+    across = x * columns + shift * (row % 2)
+    shades = np.random.default_rng(seed).random((rows, columns))
+    shade = shades[row, np.floor(across).astype(int) % columns]
+    grain = noise(size, size, (size // 4,) * 2, seed + 1)
+    stone = blend(light, dark, np.clip(0.55 * shade + 0.45 * grain, 0, 1))
+    edge_x = np.abs((across + 0.5) % 1 - 0.5) / columns
+    edge_y = np.abs((y * rows + 0.5) % 1 - 0.5) / rows
+    return blend(stone, joint, 1 - smooth(gap / 2, np.minimum(edge_x, edge_y), gap / 2))
+
+
+def planks(light, dark, boards=6, size=256, seed=0):
+    """Boards along x with grain, without ends, dark between them."""
+    grain = wood(size, size, light, dark, seed)
+    _, y = plane(size, size)
+    shades = 0.82 + 0.18 * np.random.default_rng(seed).random(boards)
+    grain = grain * shades[np.floor(y * boards).astype(int)][..., None]
+    edge = np.abs((y * boards + 0.5) % 1 - 0.5) / boards
+    return blend(grain, np.asarray(dark) * 0.45, 1 - smooth(0.004, edge, 0.004))
+
+
+def damask(ground, figure, trim, size=128):
+    """A woven cloth with lozenges, and a trim of stripes at its sides."""
+    x, y = plane(size, size)
+    wave = np.cos(2 * np.pi * (3 * x + 2 * y)) * np.cos(2 * np.pi * (3 * x - 2 * y))
+    cloth = blend(ground, figure, smooth(0.45, wave, 0.2))
+    side = np.minimum(x, 1 - x)
+    return blend(cloth, trim, smooth(0.03, side, 0.01) * (1 - smooth(0.075, side, 0.01)))
+
+
+def sky(zenith, horizon, size=128, clouds=0.5, seed=3):
+    """Sky from the zenith (top) to the horizon (bottom) with a few soft clouds; wraps across."""
+    _, y = plane(2 * size, size)
+    clear = blend(zenith, horizon, np.clip(y, 0, 1) ** 1.5)
+    puffs = sum(noise(2 * size, size, (6 * 2**k, 6 * 2**k), seed + k) * w for k, w in enumerate((0.5, 0.3, 0.2)))
+    return blend(clear, [1, 1, 1], clouds * smooth(0.58, puffs, 0.25))
+
+
+def spray(size=128, leaves=26, seed=1):
+    """A spray of leaves with its outline as alpha, (size, size, 4)."""
+    rng = np.random.default_rng(seed)
+    x, y = plane(size, size)
+    x, y = 2 * x - 1, 1 - 2 * y
+    color = np.broadcast_to([0.2, 0.32, 0.1], (size, size, 3))
+    alpha = 1 - smooth(0.016, np.abs(x - 0.08 * np.sin(3 * y)), 0.012)
+    alpha = alpha * (np.abs(y) < 0.85)
+    for k in range(leaves):
+        root = -0.8 + 1.5 * k / leaves
+        a = np.radians(90 + (-1) ** k * rng.uniform(25, 75))
+        long, wide = rng.uniform(0.3, 0.5) * (1 - 0.25 * abs(root)), rng.uniform(0.085, 0.13)
+        dx, dy = x - 0.08 * np.sin(3 * root), y - root
+        along, across = (dx * np.cos(a) + dy * np.sin(a)) / long, (dy * np.cos(a) - dx * np.sin(a)) / wide
+        half = np.sqrt(np.clip(along * (1 - along), 0, 1)) * 1.6 * (1 - 0.5 * along)
+        inside = 1 - smooth(0, np.abs(across) - half, 0.12)
+        inside = inside * ((along > 0) & (along < 1))
+        shade = blend([0.2, 0.36, 0.1], [0.42, 0.56, 0.16], np.full_like(x, rng.random()))
+        vein = 1 - 0.25 * (1 - smooth(0.05, np.abs(across), 0.05))
+        color = blend(color, shade * vein[..., None], inside)
+        alpha = np.maximum(alpha, inside)
+    return np.concatenate([color, alpha[..., None]], 2)
+
+
+def lawn(light, dark, size=256, seed=4):
+    """Mown lawn from above: fine streaks in soft patches."""
+    fine = noise(size, size, (size // 2, size // 6), seed)
+    patch = noise(size, size, (6, 6), seed + 1)
+    return blend(light, dark, np.clip(0.6 * fine + 0.4 * patch, 0, 1))

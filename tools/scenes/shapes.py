@@ -26,6 +26,57 @@ def moved(m, offset=(0, 0, 0), turn_y=0.0, scale=1.0):
     return mesh(m["positions"] * scale @ turn.T + np.asarray(offset), m["triangles"], normals, m["uvs"])
 
 
+def turned(m, degrees, axis=(1, 0, 0), offset=(0, 0, 0)):
+    """Turned about a line through the origin, then moved; `moved` turns about +y alone."""
+    x, y, z = np.asarray(axis, float) / np.linalg.norm(axis)
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turn = np.eye(3) * c + cross * s + (1 - c) * np.outer((x, y, z), (x, y, z))
+    normals = None if m["normals"] is None else m["normals"] @ turn.T
+    return mesh(m["positions"] @ turn.T + np.asarray(offset), m["triangles"], normals, m["uvs"])
+
+
+def stretched(m, factors):
+    """Scaled by three factors, normals with it."""
+    factors = np.asarray(factors, float)
+    normals = m["normals"] / factors
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return mesh(m["positions"] * factors, m["triangles"], normals, m["uvs"])
+
+
+def flipped(m):
+    """Its front where its back was."""
+    return dict(m, triangles=m["triangles"][:, ::-1].copy(), normals=-m["normals"])
+
+
+def flat(*meshes):
+    """One mesh of them all without normals and texture coordinates: flat shading, a fraction of the bytes."""
+    positions, triangles, base = [], [], 0
+    for m in meshes:
+        unique, index = np.unique(m["positions"], axis=0, return_inverse=True)
+        positions.append(unique)
+        triangles.append(index.reshape(-1)[m["triangles"]] + base)
+        base += len(unique)
+    return mesh(np.concatenate(positions), np.concatenate(triangles))
+
+
+def crinkled(m):
+    """Flat shading by vertices of each triangle's own, for what has edges; `flat` saves bytes but has no uvs."""
+    corners = m["positions"][m["triangles"]].astype(float)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    uvs = m["uvs"][m["triangles"]].reshape(-1, 2)
+    return mesh(corners.reshape(-1, 3), np.arange(len(corners) * 3).reshape(-1, 3), np.repeat(normal, 3, 0), uvs)
+
+
+def without_slivers(m, share=1e-5):
+    """Without the triangles that poles and pinched ends leave next to no area, measured by their longest edges."""
+    corners = m["positions"].astype(float)[m["triangles"]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    longest = ((corners - np.roll(corners, 1, 1)) ** 2).sum(2).max(1)
+    return dict(m, triangles=m["triangles"][area > share * longest])
+
+
 def quad(corner, u, v, tiles=(1, 1)):
     """Front along u x v; texture coordinates with v downwards, as pictures have it, `tiles` repeats."""
     corner, u, v = (np.asarray(x, float) for x in (corner, u, v))
@@ -106,20 +157,15 @@ def lathe(*profiles, segments=48):
     return joined(*parts)
 
 
-def tube(points, radius, segments=12):
-    """A round tube along `points` in a plane of constant z, open at its ends."""
-    points = np.asarray(points, float)
-    along = np.gradient(points, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    side = np.stack([-along[:, 1], along[:, 0], 0 * along[:, 0]], 1)
-    angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
-    ring = np.cos(angles)[None, :, None] * side[:, None] + np.sin(angles)[None, :, None] * np.array([0, 0, 1.0])
-    positions = points[:, None] + radius * ring
-    index = np.arange(len(points) * segments).reshape(len(points), segments)
-    a, b = index[:-1], np.roll(index, -1, 1)[:-1]
-    d, e = index[1:], np.roll(index, -1, 1)[1:]
-    triangles = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, e), (a, e, d))])
-    return mesh(positions.reshape(-1, 3), triangles, ring.reshape(-1, 3))
+def bars(*corners):
+    """Boxes given as (x0, x1, y0, y1, z0, z1)."""
+    return flat(*(box(c[::2], c[1::2]) for c in corners))
+
+
+def disc(radius, height, segments=16, up=True):
+    """A round face that looks up, or down."""
+    line = [(radius, height), (0.0, height)]
+    return lathe(line if up else line[::-1], segments=segments)
 
 
 def isosurface(distance, low, high, cells):
@@ -169,27 +215,6 @@ def isosurface(distance, low, high, cells):
     return mesh(positions, triangles, gradient / np.linalg.norm(gradient, axis=1, keepdims=True))
 
 
-def flat(*meshes):
-    """One mesh of them all without normals and texture coordinates: flat shading, a fraction of the bytes."""
-    positions, triangles, base = [], [], 0
-    for m in meshes:
-        unique, index = np.unique(m["positions"], axis=0, return_inverse=True)
-        positions.append(unique)
-        triangles.append(index.reshape(-1)[m["triangles"]] + base)
-        base += len(unique)
-    return mesh(np.concatenate(positions), np.concatenate(triangles))
-
-
-def turned(m, degrees, axis=(1, 0, 0)):
-    """Turned about a line through the origin; `moved` turns about +y alone."""
-    x, y, z = np.asarray(axis, float) / np.linalg.norm(axis)
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    turn = np.eye(3) * c + cross * s + (1 - c) * np.outer((x, y, z), (x, y, z))
-    normals = None if m["normals"] is None else m["normals"] @ turn.T
-    return mesh(m["positions"] @ turn.T, m["triangles"], normals, m["uvs"])
-
-
 def curve(points, steps=4):
     """A smooth line through `points` (Catmull and Rom's), `steps` pieces between each two."""
     p = np.asarray(points, float)
@@ -205,23 +230,9 @@ def creased(corners, segments=24):
     return lathe(*zip(corners, corners[1:]), segments=segments)
 
 
-def sheet(point, across, down, tiles=(1, 1)):
-    """The surface `point(s, t)` over the unit square, t downwards like a picture's; front along d/dt x d/ds."""
-    s, t = np.meshgrid(np.linspace(0, 1, across + 1), np.linspace(0, 1, down + 1))
-    positions = np.stack(np.broadcast_arrays(*point(s, t)), -1).astype(float)
-    index = np.arange(s.size).reshape(s.shape)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    triangles = np.concatenate([np.stack(x, -1).reshape(-1, 3) for x in ((a, d, c), (a, c, b))])
-    by_row = np.gradient(positions, axis=0)
-    normals = np.cross(by_row, np.gradient(positions, axis=1))
-    normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-12)
-    uvs = np.stack([s, t], -1) * np.asarray(tiles)
-    return mesh(positions.reshape(-1, 3), triangles, normals.reshape(-1, 3), uvs.reshape(-1, 2))
-
-
 def prism(outline, low, high):
     """A convex outline of (x, z), seen from above counter-clockwise with z downwards, as high as from `low` to
-    `high`; flat shading."""
+    `high`; flat shading. `forms.extruded` has holes and texture coordinates."""
     outline = np.asarray(outline, float)
     n = len(outline)
     level = lambda y: np.stack([outline[:, 0], np.full(n, y), outline[:, 1]], 1)
@@ -254,56 +265,3 @@ def rounded(low, high, radius, steps=1):
             others = [(axis + 1) % 3, (axis + 2) % 3]
             faces.append(mesh(positions, triangles[:, ::way], n, positions[:, others]))
     return joined(*faces)
-
-
-def pipe(points, radius, segments=8):
-    """A round pipe along any line, closed at its ends; `radius` may be one for each point."""
-    points = np.asarray(points, float)
-    radius = np.broadcast_to(np.asarray(radius, float), len(points))
-    along = np.gradient(points, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    side = np.cross(along[0], np.eye(3)[np.argmin(np.abs(along[0]))])
-    angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
-    rings = []
-    for a in along:  # the side vector goes along with as little twist as can be
-        side = side - (side @ a) * a
-        side /= np.linalg.norm(side)
-        rings.append(np.cos(angles)[:, None] * side + np.sin(angles)[:, None] * np.cross(a, side))
-    rings = np.array(rings)
-    positions = points[:, None] + radius[:, None, None] * rings
-    index = np.arange(positions.size // 3).reshape(positions.shape[:2])
-    a, b, d, e = index[:-1], np.roll(index, -1, 1)[:-1], index[1:], np.roll(index, -1, 1)[1:]
-    body = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, e), (a, e, d))])
-    fan = np.stack([np.zeros(segments - 2, int), np.arange(1, segments - 1), np.arange(2, segments)], 1)
-    caps = [mesh(positions[end], fan[:, ::way], [way * along[end]] * segments) for end, way in ((0, -1), (-1, 1))]
-    return joined(mesh(positions.reshape(-1, 3), body, rings.reshape(-1, 3)), *caps)
-
-
-def wall(length, height, thick, openings=(), below=0.0):
-    """A wall along x from 0, up from -`below`, its front at z = 0 and its back at -`thick`; `openings` are
-    (left, right, bottom, top). No faces inside; texture coordinates in metres."""
-    holes = np.array(openings, float).reshape(-1, 4)
-    holes[holes[:, 2] <= 0, 2] = -below  # a doorway leaves no wall under the floor, in one plane with it
-    x = np.unique(np.concatenate([[0, length], holes[:, :2].ravel()]))
-    y = np.unique(np.concatenate([[-below, height], holes[:, 2:].ravel()]))
-    solid = np.zeros((len(x) + 1, len(y) + 1), bool)
-    solid[1:-1, 1:-1] = True
-    middle_x, middle_y = (x[1:] + x[:-1])[:, None] / 2, (y[1:] + y[:-1])[None] / 2
-    for left, right, bottom, top in holes:
-        solid[1:-1, 1:-1] &= ~((left < middle_x) & (middle_x < right) & (bottom < middle_y) & (middle_y < top))
-    faces = []
-    for i, j in np.argwhere(solid):
-        a, b, c, d = x[i - 1], x[i], y[j - 1], y[j]
-        w, h, deep = (b - a, 0, 0), (0, d - c, 0), (0, 0, thick)
-        back = (0, 0, -thick)
-        faces.append(((a, c, 0), w, h))
-        faces.append(((b, c, -thick), (a - b, 0, 0), h))
-        if not solid[i - 1, j]:
-            faces.append(((a, c, -thick), deep, h))
-        if not solid[i + 1, j]:
-            faces.append(((b, c, 0), back, h))
-        if not solid[i, j - 1]:
-            faces.append(((a, c, -thick), w, deep))
-        if not solid[i, j + 1]:
-            faces.append(((a, d, 0), w, back))
-    return joined(*(quad(corner, u, v, (np.linalg.norm(u), np.linalg.norm(v))) for corner, u, v in faces))

@@ -10,11 +10,13 @@ Lambert.
 import numpy as np
 
 import architecture as arch
+import household
 import nature
 import scene
 import shapes
 from forms import swept
-from looks import blocks, cloudy, damask, lit, matte, planks, printed
+from looks import lit, matte, printed
+from pictures import blocks, cloudy, damask, planks
 
 BAY, THICK, GALLERY = 2.8, 0.45, 3.0
 COURT = np.array([1.5 * BAY, 3 * BAY])  # half extents to the middle of the arcade's wall, x and z
@@ -136,8 +138,9 @@ def cloths(glb):
         ("madder", ([0.62, 0.07, 0.06], [0.72, 0.2, 0.1], [0.85, 0.62, 0.2])),
         ("woad", ([0.07, 0.16, 0.42], [0.14, 0.28, 0.55], [0.8, 0.7, 0.4])),
         ("weld", ([0.16, 0.34, 0.14], [0.28, 0.45, 0.18], [0.82, 0.66, 0.25])))]
-    curtains = [arch.drape(1.9, 2.75, 5, 0.07, 14, 50, seed=1), arch.drape(0.75, 2.7, 5, 0.05, 16, 30, gather=0.55, seed=2)]
-    banner = arch.drape(1.3, 2.6, 2, 0.035, 10, 24, seed=3)
+    curtains = [household.drape(1.9, 2.75, 5, 0.07, 14, 50, seed=1),
+                household.drape(0.75, 2.7, 5, 0.05, 16, 30, gather=0.55, seed=2)]
+    banner = household.drape(1.3, 2.6, 2, 0.035, 10, 24, seed=3)
     rod = swept([(-1.05, 0, 0), (1.05, 0, 0)], 0.022, 8)
     brass = matte(glb, "rod", (0.2, 0.14, 0.06))
     for turn, k, kind, dye in ((90, 1, 1, 0), (90, 3, 0, 2), (270, 0, 0, 1), (270, 2, 1, 0), (270, 3, 0, 0),
@@ -163,7 +166,7 @@ def court(glb, look):
     hoop = [(0.7 * np.cos(t), 0.9 + 1.25 * np.sin(t), 0) for t in np.linspace(0, np.pi, 25)]
     glb.add("hoop", swept(hoop, 0.025, 8), look["iron"], (0, -0.15, -1.2), 35)
     jar = shapes.lathe([(0.0, 0), (0.14, 0.0)], [(0.14, 0.0), (0.2, 0.1), (0.27, 0.3), (0.29, 0.48), (0.25, 0.66),
-                                               (0.16, 0.78), (0.13, 0.84), (0.17, 0.9)],
+                                                 (0.16, 0.78), (0.13, 0.84), (0.17, 0.9)],
                        [(0.17, 0.9), (0.14, 0.9), (0.11, 0.84), (0.0, 0.7)], segments=28)
     tub = shapes.lathe([(0.24, 0.0), (0.32, 0.44)], [(0.32, 0.44), (0.34, 0.46), (0.34, 0.52), (0.3, 0.52)],
                        [(0.3, 0.52), (0.28, 0.46), (0.0, 0.46)], segments=28)
