@@ -11,10 +11,6 @@ from forms import facing
 from glb import Glb
 from looks import lit
 
-# Measurements know a scene by its file's hash. These were first written with their buffers listed last, and so they
-# stay; whoever changes one of them anyway can take it off here.
-BUFFERS_LAST = ("cornell", "garden", "glossy", "house", "sponza")
-
 
 def begin(name, resolution):
     """An empty scene, to be written to scenes/NAME.glb; `resolution` is the picture's size in pixels."""
@@ -28,8 +24,6 @@ def save(glb):
         del glb.json["samplers"]
     for key in [key for key, value in glb.json.items() if value == [] and key != "buffers"]:
         del glb.json[key]  # glTF knows no empty lists
-    if name in BUFFERS_LAST:
-        del glb.json["buffers"]  # `write` makes it anew
     default = Path(__file__).resolve().parents[2] / "scenes" / f"{name}.glb"
     out = Path(sys.argv[1]) if len(sys.argv) > 1 else default
     glb.write(out)
