@@ -33,15 +33,6 @@ pub enum Quality {
     High,
 }
 
-/// When spcbpt learns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Learn {
-    /// Before the first sample: the same seed makes the same picture.
-    First,
-    /// While it renders by what it knows so far; earlier samples then weigh less.
-    Meanwhile,
-}
-
 impl Quality {
     fn connections(self) -> u32 {
         match self {
@@ -86,7 +77,7 @@ pub struct MethodArgs {
     lessons: Option<u32>,
     /// When spcbpt learns (default: meanwhile on a GPU that has no number of samples to reach, else first).
     #[arg(long, value_enum, conflicts_with = "train_paths")]
-    learn: Option<Learn>,
+    learn: Option<When>,
     /// Settings for a first look, or for a last one.
     #[arg(long, value_enum, default_value_t)]
     quality: Quality,
@@ -164,10 +155,7 @@ impl MethodArgs {
             }
         }
         training.paths = self.train_paths;
-        training.when = self.learn.map(|learn| match learn {
-            Learn::First => When::First,
-            Learn::Meanwhile => When::Meanwhile,
-        });
+        training.when = self.learn;
         training.settings.subspaces = self.subspaces;
         training.settings.connections = self.connections();
         if let Some(lessons) = self.lessons {

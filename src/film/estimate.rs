@@ -1,5 +1,7 @@
 //! The error of a picture, as its own samples tell.
 
+use std::f64::consts::FRAC_2_PI;
+
 use rayon::prelude::*;
 
 /// What is known of a pixel, or of several pixels: sums over them.
@@ -26,7 +28,7 @@ impl Known {
     /// Expected absolute error of one of these pixels over their mean, were errors normally distributed.
     fn relative_error(&self, channel: usize, epsilon: f64) -> f64 {
         let pixels = self.pixels as f64;
-        let mean_absolute = (2.0 / std::f64::consts::PI).sqrt();
+        let mean_absolute = FRAC_2_PI.sqrt();
         // The root of an estimated variance is too small on average by this factor.
         let root_mean = 4.0 * self.freedom as f64 / (4.0 * self.freedom as f64 + 1.0);
         let deviation = (self.variance[channel] / pixels).sqrt() / root_mean;

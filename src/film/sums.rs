@@ -88,7 +88,8 @@ impl FilmSums {
 
     /// Samples left out because they were not finite.
     pub fn non_finite(&self) -> u64 {
-        self.totals().map(|pixel| pixel.non_finite).sum()
+        let (now, earlier) = (self.pixels.iter(), self.earlier.iter());
+        now.map(|pixel| pixel.non_finite).chain(earlier.map(|pixel| pixel.non_finite)).sum()
     }
 
     /// Radiance, with the layers `variance` (of the mean) and `samples`. `radiance_scale` turns device units into

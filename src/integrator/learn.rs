@@ -48,12 +48,12 @@ pub struct Training {
 }
 
 /// When learning takes place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum When {
     /// Before the first sample: the same seed makes the same picture.
     First,
-    /// On a thread of its own while the picture is rendered by what was learnt so far. Which sample is by which lesson
-    /// is up to the clock.
+    /// On a thread of its own, while it renders by what it knows so far; earlier samples then weigh less, and which
+    /// sample is by which lesson is up to the clock.
     Meanwhile,
 }
 
@@ -125,18 +125,20 @@ pub struct Trained {
 }
 
 /// What learning has to know of a scene; on the device it shares the scene's buffers.
-pub(super) struct Lesson {
-    pub context: Context,
-    pub scene: DeviceScene,
-    pub camera: Camera,
+pub struct Lesson {
+    pub(super) context: Context,
+    pub(super) scene: DeviceScene,
+    pub(super) camera: Camera,
     /// Of the render to come.
-    pub settings: Settings,
-    pub scene_hash: u64,
-    pub training: Training,
-    pub sources: Vec<LightSourceInfo>,
+    pub(super) settings: Settings,
+    pub(super) scene_hash: u64,
+    pub(super) training: Training,
+    pub(super) sources: Vec<LightSourceInfo>,
 }
 
 impl Lesson {
+    /// `settings` are those of the render to come.
+    ///
     /// # Errors
     /// A lost device.
     pub fn new(
@@ -163,20 +165,11 @@ impl Lesson {
 ///
 /// # Errors
 /// A lost device, a scene without light to connect to, [`RenderError::Interrupted`].
-pub fn train(
-    context: &Context,
-    scene: &DeviceScene,
-    camera: &Camera,
-    settings: Settings,
-    scene_hash: u64,
-    training: &Training,
-    mut interrupted: impl FnMut(Learning) -> bool,
-) -> Result<Trained, RenderError> {
-    let lesson = Lesson::new(context, scene, camera, settings, scene_hash, training)?;
+pub fn train(lesson: &Lesson, mut interrupted: impl FnMut(Learning) -> bool) -> Result<Trained, RenderError> {
     let go_on = |step: Learning| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
-    match training.paths {
-        Some(paths) => pretrace::train(&lesson, paths, go_on),
-        None => bootstrap::train(&lesson, go_on),
+    match lesson.training.paths {
+        Some(paths) => pretrace::train(lesson, paths, go_on),
+        None => bootstrap::train(lesson, go_on),
     }
 }
 
@@ -184,16 +177,8 @@ pub fn train(
 ///
 /// # Errors
 /// As [`train`].
-pub fn find_training_paths(
-    context: &Context,
-    scene: &DeviceScene,
-    camera: &Camera,
-    settings: Settings,
-    training: &Training,
-    model: &Model,
-) -> Result<TrainingSet, RenderError> {
-    let lesson = Lesson::new(context, scene, camera, settings, model.scene_hash, training)?;
-    bootstrap::find_paths(&lesson, model)
+pub fn find_training_paths(lesson: &Lesson, model: &Model) -> Result<TrainingSet, RenderError> {
+    bootstrap::find_paths(lesson, model)
 }
 
 /// Time by purpose.

@@ -19,7 +19,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use learn::{Learning, Trained, Training, When, find_training_paths, train};
+pub use learn::{Learning, Lesson, Trained, Training, When, find_training_paths, train};
 pub use online::{Beginning, News, Online};
 pub use wavefront::{RayCounts, Region, Wavefront};
 

@@ -6,15 +6,12 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::device::Context;
-use crate::device::layout::Camera;
-use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
 use crate::subspace::Model;
 
+use super::Trained;
 use super::bootstrap::Course;
 use super::learn::{Learning, Lesson};
-use super::{Settings, Trained, Training};
 
 /// What there is to hear.
 pub enum News {
@@ -37,15 +34,7 @@ impl Beginning {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn new(
-        context: &Context,
-        scene: &DeviceScene,
-        camera: &Camera,
-        settings: Settings,
-        scene_hash: u64,
-        training: &Training,
-    ) -> Result<Self, RenderError> {
-        let lesson = Lesson::new(context, scene, camera, settings, scene_hash, training)?;
+    pub fn new(lesson: Lesson) -> Result<Self, RenderError> {
         let course = Course::begin(&lesson)?;
         Ok(Self { lesson, course })
     }

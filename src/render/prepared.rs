@@ -8,11 +8,11 @@ use crate::accel::Accel;
 use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
-use crate::error::RenderError;
+use crate::error::{DeviceError, RenderError};
 use crate::film::sums::FilmSums;
 use crate::integrator::{
-    Beginning, Choice, Learning, Method, RayCounts, Region, Settings, Trained, Training, When, integrator,
-    train,
+    Beginning, Choice, Learning, Lesson, Method, RayCounts, Region, Settings, Trained, Training, When,
+    integrator, train,
 };
 use crate::scene::{Scene, SceneFeatures};
 
@@ -122,16 +122,7 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// A lost device, no light to learn from, [`RenderError::Interrupted`].
     pub fn learn(&mut self, interrupted: impl FnMut(Learning) -> bool) -> Result<Trained, RenderError> {
-        let training = self.training();
-        let trained = train(
-            self.context,
-            &self.scene,
-            &self.camera,
-            self.settings,
-            self.scene_hash,
-            &training,
-            interrupted,
-        )?;
+        let trained = train(&self.lesson()?, interrupted)?;
         self.report.pretracing_seconds = trained.tracing.as_secs_f64();
         self.report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
         self.report.lesson_losses = trained.losses.clone();
@@ -143,9 +134,7 @@ impl<'a> Prepared<'a> {
 
     /// Makes ready to learn while rendering; until there are lessons, connections choose by power.
     fn begin_to_learn(&mut self) -> Result<Beginning, RenderError> {
-        let (training, settings) = (self.training(), self.settings);
-        let beginning =
-            Beginning::new(self.context, &self.scene, &self.camera, settings, self.scene_hash, &training)?;
+        let beginning = Beginning::new(self.lesson()?)?;
         self.report.pretracing_seconds = beginning.elapsed().as_secs_f64();
         self.report.preprocessing_seconds = self.report.pretracing_seconds;
         self.say_when(When::Meanwhile);
@@ -160,14 +149,15 @@ impl<'a> Prepared<'a> {
     }
 
     /// With what is known of the render to come.
-    fn training(&self) -> Training {
+    fn lesson(&self) -> Result<Lesson, DeviceError> {
         let Budget { samples, time, .. } = self.options.budget;
         let pixels = u64::from(self.settings.region.pixels());
-        Training {
+        let training = Training {
             render_paths: samples.map(|samples| u64::from(samples) * pixels),
             render_time: time,
             ..self.options.training.clone()
-        }
+        };
+        Lesson::new(self.context, &self.scene, &self.camera, self.settings, self.scene_hash, &training)
     }
 
     /// Compiles all that the render needs; learns first where it has to.

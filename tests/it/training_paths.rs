@@ -2,7 +2,7 @@
 
 use halfway::accel::Accel;
 use halfway::device::scene::DeviceScene;
-use halfway::integrator::{Method, Region, Settings, Training, find_training_paths, train};
+use halfway::integrator::{Lesson, Method, Region, Settings, Training, find_training_paths, train};
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace;
@@ -36,10 +36,10 @@ fn assert_densities_of_one(scene: &Scene) {
     let learning =
         subspace::Settings { subspaces: Some(12), connections: CONNECTIONS, ..subspace::Settings::default() };
     let training = Training { settings: learning, ..Training::default() };
-    let trained =
-        train(context, &device, &camera, settings, 0, &training, |_| false).expect("light to learn from");
+    let lesson = Lesson::new(context, &device, &camera, settings, 0, &training).expect("lights");
+    let trained = train(&lesson, |_| false).expect("light to learn from");
     let model = &trained.model;
-    let set = find_training_paths(context, &device, &camera, settings, &training, model).expect("more paths");
+    let set = find_training_paths(&lesson, model).expect("more paths");
     let mut worst = 0.0f64;
     let mut lengths = [0; 12];
     for index in 0..set.paths().len() {
