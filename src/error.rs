@@ -123,6 +123,9 @@ pub enum DeviceError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Subspace(Box<SubspaceError>),
+    /// By those who asked for it; no user sees it.
+    #[error("what was being rendered was abandoned")]
+    Abandoned,
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
 }

@@ -11,18 +11,19 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::device::Context;
+use crate::accel::UnitSpace;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
+use crate::device::{self, Context};
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
-use crate::film::{Layer, Picture};
+use crate::film::{Attribute, Layer, Picture};
 use crate::integrator::{
-    Choice, FirstSubspaces, Integrator, Method, Online, RayCounts, Region, Strategy, Training,
+    Choice, Courtesy, FirstSubspaces, Integrator, Method, Online, RayCounts, Region, Strategy, Training,
 };
-use crate::scene::{Scene, SceneFeatures};
+use crate::scene::{self, Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
 
-pub use prepared::Prepared;
+pub use prepared::{Prepared, Uploaded};
 
 /// When to stop: the first limit that is met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +41,8 @@ pub struct Budget {
 const MIN_SAMPLES_FOR_ERROR: u32 = 64;
 /// Samples that the layers albedo, normal and depth are averaged over.
 const FIRST_HIT_SAMPLES: u32 = 16;
+/// Time between two estimates of the error, in times that one takes.
+const ESTIMATES_APART: u32 = 20;
 /// A round ends after about this time, so that progress shows and an interrupt is soon heard.
 const ROUND: Duration = Duration::from_millis(300);
 
@@ -91,11 +94,19 @@ impl Default for RenderOptions {
     }
 }
 
+impl RenderOptions {
+    /// The part that is rendered.
+    fn region(&self) -> Region {
+        self.crop.unwrap_or(Region { x: 0, y: 0, width: self.width, height: self.height })
+    }
+}
+
 /// Where a render stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     pub samples: u32,
     pub elapsed: Duration,
+    /// Of a moment ago, at times: it takes no more than a small part of the time.
     pub estimated_error: Option<f64>,
 }
 
@@ -143,33 +154,66 @@ pub struct Report {
     pub kernels: std::collections::BTreeMap<String, (f64, u64)>,
 }
 
+/// What a picture's file says of how it was made, beside the report.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    pub method: Method,
+    pub seed: u64,
+    pub scene_hash: u64,
+    /// As [`Context::describe`] says it.
+    pub device: String,
+    pub command_line: String,
+}
+
+impl Report {
+    /// For [`Picture::metadata`].
+    pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
+        let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
+        let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
+        vec![
+            text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
+            text("integrator", origin.method.name().into()),
+            number("spp", f64::from(self.samples)),
+            number("seconds", self.seconds),
+            number("preprocessingSeconds", self.preprocessing_seconds),
+            text("seed", origin.seed.to_string()),
+            text("device", origin.device.clone()),
+            text("sceneHash", format!("{:016x}", origin.scene_hash)),
+            text("biased", "no".into()),
+            number("nonFiniteSamples", self.non_finite as f64),
+            text("commandLine", origin.command_line.clone()),
+        ]
+    }
+}
+
 /// A scene made ready for one device: renders can be continued and looked at.
-pub struct Renderer<'a> {
-    context: &'a Context,
+pub struct Renderer {
+    context: Context,
     /// What `Method::SpcBpt` connects by.
     pub model: Option<Arc<Model>>,
     integrator: Box<dyn Integrator>,
     options: RenderOptions,
+    scene_hash: u64,
     sums: FilmSums,
     learning: Option<Online>,
     /// Samples before which no lesson is heard.
     next_lesson: u32,
-    first_hits: Vec<FirstHitPixel>,
+    /// As soon as somebody asks.
+    first_hits: Option<Vec<FirstHitPixel>>,
     samples: u32,
     elapsed: Duration,
     radiance_scale: f64,
-    /// Length of a unit of unit space in scene units.
-    length_scale: f64,
+    unit: UnitSpace,
     report: Report,
 }
 
-impl<'a> Renderer<'a> {
+impl Renderer {
     /// Builds everything that the scene requires, and learns where the method has to and nothing is learnt yet;
     /// [`Prepared`] does so in steps.
     ///
     /// # Errors
     /// No such camera, a picture without pixels, or what the layers below report.
-    pub fn new(context: &'a Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
+    pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
         Prepared::new(context, scene, options)?.renderer()
     }
 
@@ -180,13 +224,91 @@ impl<'a> Renderer<'a> {
     /// A lost device.
     pub fn restart(&mut self, seed: u64, strategy: Option<Strategy>) -> Result<(), RenderError> {
         self.integrator.wavefront_mut().choose(seed, strategy);
-        self.integrator.wavefront_mut().reset(self.context)?;
-        self.sums = FilmSums::new(self.sums.width, self.sums.height);
         self.learning = None;
         self.next_lesson = 0;
+        self.begin()
+    }
+
+    /// Looks from another camera from now on, at a picture of so many pixels (no more than at first), and starts anew.
+    ///
+    /// # Errors
+    /// A part of a picture, or one without pixels or with too many; a lost device.
+    pub fn aim(&mut self, camera: &scene::Camera, width: u32, height: u32) -> Result<(), RenderError> {
+        let region = Region { x: 0, y: 0, width, height };
+        let (most, part) = (self.options.region(), self.options.crop.is_some());
+        if part || region.pixels() == 0 || region.pixels() > most.pixels() {
+            let part = format!("0,0,{width},{height}");
+            return Err(RenderError::BadRegion { part, width: most.width, height: most.height });
+        }
+        let camera = device::layout::Camera::new(&self.unit, camera, width, height);
+        self.integrator.aim(&self.context, &camera, region)?;
+        self.sums = FilmSums::new(width, height);
+        self.first_hits = None;
+        self.begin()
+    }
+
+    fn begin(&mut self) -> Result<(), RenderError> {
+        self.integrator.wavefront_mut().reset(&self.context)?;
+        self.sums = FilmSums::new(self.sums.width, self.sums.height);
+        self.report.lesson_samples.clear();
         self.samples = 0;
         self.elapsed = Duration::ZERO;
         Ok(())
+    }
+
+    /// Leaves the device to others in between, from now on.
+    pub fn be_courteous(&mut self, courtesy: Courtesy) {
+        self.integrator.wavefront_mut().be_courteous(courtesy);
+    }
+
+    /// Name and buffer of all that it has on the device, the scene included.
+    pub fn buffers(&self) -> impl Iterator<Item = (&String, &wgpu::Buffer)> {
+        self.integrator.wavefront().buffers.iter()
+    }
+
+    /// Of the scene's content.
+    pub fn scene_hash(&self) -> u64 {
+        self.scene_hash
+    }
+
+    /// Samples a pixel so far.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Time of rendering so far.
+    pub fn elapsed(&self) -> Duration {
+        self.elapsed
+    }
+
+    /// Samples that belong together, see [`Integrator::samples_at_once`].
+    pub fn samples_at_once(&self) -> u32 {
+        self.integrator.samples_at_once()
+    }
+
+    /// Renders `most` samples or a few less, so that pictures never depend on how a render is cut: whole iterations, but
+    /// for the end of the budget. Returns how many.
+    ///
+    /// # Errors
+    /// A lost device; [`DeviceError::Abandoned`], after which only starting anew helps.
+    pub fn step(&mut self, most: u32) -> Result<u32, RenderError> {
+        let start = Instant::now();
+        let at_once = self.integrator.samples_at_once();
+        // Lessons come between groups.
+        let unit = if self.learning.is_some() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
+        let samples = most.min(unit - self.samples % unit);
+        let rest = (self.samples + samples) % at_once;
+        let samples = if rest < samples { samples - rest } else { samples };
+        self.integrator.render(&self.context, self.samples, samples)?;
+        self.context.wait()?;
+        self.samples += samples;
+        self.hear()?;
+        if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
+            let taken = self.integrator.wavefront().take_film(&self.context)?;
+            self.sums.add(taken.iter().map(pixel_sums));
+        }
+        self.elapsed += start.elapsed();
+        Ok(samples)
     }
 
     /// Renders to another budget from now on.
@@ -204,28 +326,19 @@ impl<'a> Renderer<'a> {
         let budget = self.options.budget;
         let at_once = self.integrator.samples_at_once();
         let mut round = at_once;
+        let mut estimate = Estimate::default();
         let stop = loop {
             if budget.samples.is_some_and(|samples| self.samples >= samples) {
                 break Stop::Samples;
             }
-            // Lessons come between groups.
-            let unit = if self.learning.is_some() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
-            let to_flush = unit - self.samples % unit;
             let to_end = budget.samples.map_or(u32::MAX, |samples| samples - self.samples);
-            let samples = round.min(to_flush).min(to_end);
-            let rest = (self.samples + samples) % at_once;
-            let samples = if rest < samples { samples - rest } else { samples };
             let round_start = Instant::now();
-            self.integrator.render(self.context, self.samples, samples)?;
-            self.context.wait()?;
-            self.samples += samples;
-            self.elapsed = before + start.elapsed();
-            self.hear()?;
-            if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-                let taken = self.integrator.wavefront().take_film(self.context)?;
-                self.sums.add(taken.iter().map(pixel_sums));
+            let samples = self.step(round.min(to_end))?;
+            if estimate.is_due() {
+                estimate.renew(|| self.estimated_error())?;
             }
-            let error = self.current_sums()?.estimated_error();
+            let error = estimate.error;
+            self.elapsed = before + start.elapsed();
             let progress = Progress { samples: self.samples, elapsed: self.elapsed, estimated_error: error };
             if interrupted(&progress) {
                 break Stop::Interrupted;
@@ -254,7 +367,7 @@ impl<'a> Renderer<'a> {
     fn current_sums(&self) -> Result<FilmSums, RenderError> {
         let mut sums = self.sums.clone();
         if !self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-            sums.add(self.integrator.wavefront().film(self.context)?.iter().map(pixel_sums));
+            sums.add(self.integrator.wavefront().film(&self.context)?.iter().map(pixel_sums));
         }
         Ok(sums)
     }
@@ -263,12 +376,33 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     /// A lost device.
-    pub fn picture(&self) -> Result<Picture, RenderError> {
-        let mut picture = self.current_sums()?.picture(self.radiance_scale);
+    pub fn picture(&mut self) -> Result<Picture, RenderError> {
+        let mut picture = self.radiance()?;
         if self.options.first_hit_layers {
-            picture.layers.extend(self.first_hit_layers());
+            let hits = match self.first_hits.take() {
+                Some(hits) => hits,
+                None => self.integrator.wavefront_mut().first_hits(&self.context, FIRST_HIT_SAMPLES)?,
+            };
+            picture.layers.extend(self.first_hit_layers(&hits));
+            self.first_hits = Some(hits);
         }
         Ok(picture)
+    }
+
+    /// As [`picture`](Self::picture), with nothing but radiance and what the samples say of it.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn radiance(&self) -> Result<Picture, RenderError> {
+        Ok(self.current_sums()?.picture(self.radiance_scale))
+    }
+
+    /// Samples of each pixel that were left out because they were not finite.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn non_finite(&self) -> Result<Vec<u64>, RenderError> {
+        Ok(self.current_sums()?.non_finite_by_pixel())
     }
 
     /// As [`Integrator::first_subspaces`].
@@ -276,7 +410,7 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// A lost device.
     pub fn first_subspaces(&mut self) -> Result<Option<Vec<FirstSubspaces>>, RenderError> {
-        Ok(self.integrator.first_subspaces(self.context)?)
+        Ok(self.integrator.first_subspaces(&self.context)?)
     }
 
     /// What was done so far.
@@ -284,14 +418,28 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// A lost device.
     pub fn report(&self) -> Result<Report, RenderError> {
-        let sums = self.current_sums()?;
+        Ok(Report { estimated_error: self.estimated_error()?, ..self.status()? })
+    }
+
+    /// As [`FilmSums::estimated_error`].
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn estimated_error(&self) -> Result<Option<f64>, RenderError> {
+        Ok(self.current_sums()?.estimated_error())
+    }
+
+    /// The [`report`](Self::report) without its estimate, which takes longest.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn status(&self) -> Result<Report, RenderError> {
         let mut report = self.report.clone();
         report.samples = self.samples;
         report.seconds = self.elapsed.as_secs_f64();
-        report.estimated_error = sums.estimated_error();
         let wavefront = self.integrator.wavefront();
-        report.rays = wavefront.ray_counts(self.context)?;
-        report.non_finite = sums.non_finite() + report.rays.non_finite_vertices;
+        report.rays = wavefront.ray_counts(&self.context)?;
+        report.non_finite = self.current_sums()?.non_finite() + report.rays.non_finite_vertices;
         report.kernels = wavefront.kernel_times();
         report.memory = wavefront.buffers.sizes();
         if self.learning.is_some() {
@@ -301,13 +449,13 @@ impl<'a> Renderer<'a> {
         Ok(report)
     }
 
-    fn first_hit_layers(&self) -> [Layer; 3] {
+    fn first_hit_layers(&self, hits: &[FirstHitPixel]) -> [Layer; 3] {
         let samples = FIRST_HIT_SAMPLES as f32;
         let layer = |name: &str, channels: [&str; 3], of: fn(&FirstHitPixel) -> [f32; 3]| Layer {
             name: name.into(),
             channels: (0..3)
                 .map(|c| {
-                    let values = self.first_hits.iter().map(|pixel| of(pixel)[c] / samples).collect();
+                    let values = hits.iter().map(|pixel| of(pixel)[c] / samples).collect();
                     (channels[c].to_string(), values)
                 })
                 .collect(),
@@ -315,14 +463,40 @@ impl<'a> Renderer<'a> {
         // Depth is the mean over the samples that met a surface; infinite where none did.
         let depth = |pixel: &FirstHitPixel| match pixel.hits {
             0 => f32::INFINITY,
-            hits => (f64::from(pixel.depth) / f64::from(hits) * self.length_scale) as f32,
+            hits => self.unit.world_length(f64::from(pixel.depth) / f64::from(hits)) as f32,
         };
-        let depths = self.first_hits.iter().map(depth).collect();
+        let depths = hits.iter().map(depth).collect();
         [
             layer("albedo", ["R", "G", "B"], |pixel| pixel.albedo),
             layer("normal", ["X", "Y", "Z"], |pixel| pixel.normal),
             Layer { name: "depth".into(), channels: vec![("Z".into(), depths)] },
         ]
+    }
+}
+
+/// What is estimated of a picture that grows, again and again but for a small part of the time.
+#[derive(Default)]
+pub struct Estimate {
+    pub error: Option<f64>,
+    /// When it was made last, and how long that took.
+    last: Option<(Instant, Duration)>,
+}
+
+impl Estimate {
+    pub fn is_due(&self) -> bool {
+        self.last.is_none_or(|(end, took)| end.elapsed() >= ESTIMATES_APART * took)
+    }
+
+    /// # Errors
+    /// Those of `make`.
+    pub fn renew(
+        &mut self,
+        make: impl FnOnce() -> Result<Option<f64>, RenderError>,
+    ) -> Result<(), RenderError> {
+        let start = Instant::now();
+        self.error = make()?;
+        self.last = Some((Instant::now(), start.elapsed()));
+        Ok(())
     }
 }
 

@@ -176,6 +176,11 @@ pub fn open_device(choice: &DeviceChoice, quiet: bool) -> Result<Context, Device
     Ok(context)
 }
 
+/// How this program was called, for files that say how they came to be.
+pub fn command_line() -> String {
+    std::env::args().collect::<Vec<_>>().join(" ")
+}
+
 /// Asks for the folder of a file to come: before hours of work, not after them.
 ///
 /// # Errors

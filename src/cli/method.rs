@@ -88,6 +88,10 @@ pub struct MethodArgs {
 }
 
 impl MethodArgs {
+    pub fn integrator(&self) -> IntegratorName {
+        self.integrator
+    }
+
     fn connections(&self) -> u32 {
         self.connections.unwrap_or(self.quality.connections())
     }

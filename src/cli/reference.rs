@@ -303,12 +303,7 @@ impl Keeper {
         Ok(reference)
     }
 
-    fn renderer<'a>(
-        &self,
-        context: &'a Context,
-        subject: &Subject,
-        maker: &Candidate,
-    ) -> anyhow::Result<Renderer<'a>> {
+    fn renderer(&self, context: &Context, subject: &Subject, maker: &Candidate) -> anyhow::Result<Renderer> {
         let budget = Budget { time: self.time, ..Budget::default() };
         let options = RenderOptions { budget, ..maker.options(subject, 1 << 63) };
         Ok(Renderer::new(context, &subject.scene, options)?)

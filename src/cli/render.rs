@@ -9,8 +9,8 @@ use clap::Args;
 
 use super::debug::Debug;
 use super::input::{
-    InputError, SceneArgs, check_folder, choose_camera, default_output, open_device, parse_crop,
-    parse_duration, parse_size, picture_size,
+    InputError, SceneArgs, check_folder, choose_camera, command_line, default_output, open_device,
+    parse_crop, parse_duration, parse_size, picture_size,
 };
 use super::method::MethodArgs;
 use super::progress::{self, Meter};
@@ -18,9 +18,9 @@ use super::train::held_out_gain;
 use super::{Exit, strategies};
 use crate::device::{Context, DeviceChoice};
 use crate::film::tonemap::View;
-use crate::film::{Attribute, Picture, exr, png, tev};
+use crate::film::{Picture, exr, png, tev};
 use crate::integrator::{Method, Region, When};
-use crate::render::{Budget, Prepared, Progress, RenderOptions, Report, Stop};
+use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
 use crate::subspace::Model;
 
@@ -134,7 +134,14 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let mut meter = meter(quiet, &options.budget, learning);
     let (mut last_save, mut last_view) = (Instant::now(), Instant::now());
     let title = args.scene.scene.to_string_lossy();
-    let record = Record { args, method: options.method, scene_hash, device: context.describe() };
+    let origin = Origin {
+        method: options.method,
+        seed: options.seed,
+        scene_hash,
+        device: context.describe(),
+        command_line: command_line(),
+    };
+    let record = Record { args, origin };
     let stop = loop {
         // A pause of the loop, to save or to show the picture, is no end.
         let mut pause = false;
@@ -229,7 +236,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     })
 }
 
-fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Arc<Model>> {
+pub fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Arc<Model>> {
     let Method::SpcBpt { connections, .. } = method else {
         return Err(InputError::Usage(
             "--model is a setting of spcbpt; leave it out, or add --integrator spcbpt".into(),
@@ -247,7 +254,7 @@ fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Ar
     Ok(Arc::new(model))
 }
 
-fn say_what_is_missing(scene: &Scene) {
+pub fn say_what_is_missing(scene: &Scene) {
     if scene.triangle_count() == 0 {
         log::warn!("the scene has no triangles; only its environment, if any, will be seen");
     }
@@ -333,31 +340,15 @@ fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
     }
 }
 
-/// What a picture's file says about its making, beside the report.
+/// Writes pictures.
 struct Record<'a> {
     args: &'a RenderArgs,
-    method: Method,
-    scene_hash: u64,
-    device: String,
+    origin: Origin,
 }
 
 impl Record<'_> {
     fn write(&self, outputs: &[PathBuf], mut picture: Picture, report: &Report) -> anyhow::Result<()> {
-        let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
-        let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
-        picture.metadata = vec![
-            text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
-            text("integrator", self.method.name().into()),
-            number("spp", f64::from(report.samples)),
-            number("seconds", report.seconds),
-            number("preprocessingSeconds", report.preprocessing_seconds),
-            text("seed", self.args.seed.to_string()),
-            text("device", self.device.clone()),
-            text("sceneHash", format!("{:016x}", self.scene_hash)),
-            text("biased", "no".into()),
-            number("nonFiniteSamples", report.non_finite as f64),
-            text("commandLine", std::env::args().collect::<Vec<_>>().join(" ")),
-        ];
+        picture.metadata = report.metadata(&self.origin);
         for output in outputs {
             if output.extension().is_some_and(|extension| extension == "png") {
                 png::write(output, &picture, self.args.view, self.args.exposure)

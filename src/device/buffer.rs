@@ -161,6 +161,11 @@ impl BufferTable {
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
+    /// Name and buffer, by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&String, &wgpu::Buffer)> {
+        self.buffers.iter()
+    }
+
     /// Name and size in bytes of every buffer.
     pub fn sizes(&self) -> Vec<(String, u64)> {
         self.buffers.iter().map(|(name, buffer)| (name.clone(), buffer.size())).collect()

@@ -37,6 +37,8 @@ impl std::str::FromStr for DeviceChoice {
 /// An open device; a clone is the same one.
 #[derive(Clone)]
 pub struct Context {
+    pub instance: wgpu::Instance,
+    pub adapter: wgpu::Adapter,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     pub info: wgpu::AdapterInfo,
@@ -44,11 +46,18 @@ pub struct Context {
     pub timestamps: bool,
 }
 
-/// Every adapter of this machine, best first: what [`DeviceChoice::Index`] counts.
-pub fn adapters() -> Vec<wgpu::Adapter> {
+fn instance() -> wgpu::Instance {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
     descriptor.backends = Backends::VULKAN;
-    let instance = wgpu::Instance::new(descriptor);
+    wgpu::Instance::new(descriptor)
+}
+
+/// Every adapter of this machine, best first: what [`DeviceChoice::Index`] counts.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    adapters_of(&instance())
+}
+
+fn adapters_of(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::VULKAN));
     adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
         DeviceType::DiscreteGpu => 0,
@@ -66,7 +75,8 @@ impl Context {
     /// # Errors
     /// No adapter, none that fits `choice`, or one that computes wrongly.
     pub fn new(choice: &DeviceChoice) -> Result<Self, DeviceError> {
-        let adapters = adapters();
+        let instance = instance();
+        let adapters = adapters_of(&instance);
         let wanted = match choice {
             DeviceChoice::Auto => match std::env::var("WGPU_ADAPTER_NAME") {
                 Ok(name) if !name.is_empty() => DeviceChoice::Name(name),
@@ -93,13 +103,13 @@ impl Context {
             }
             return Err(DeviceError::NotFound { wanted: format!("{wanted:?}"), list });
         };
-        let context = Self::open(adapter)?;
+        let context = Self::open(instance, adapter)?;
         probe::check_loops(&context)?;
         Ok(context)
     }
 
     /// Opens an adapter with all of its limits and without the start-up check.
-    fn open(adapter: &wgpu::Adapter) -> Result<Self, DeviceError> {
+    fn open(instance: wgpu::Instance, adapter: &wgpu::Adapter) -> Result<Self, DeviceError> {
         let info = adapter.get_info();
         let features = adapter.features() & Features::TIMESTAMP_QUERY;
         let descriptor = wgpu::DeviceDescriptor {
@@ -112,7 +122,8 @@ impl Context {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| DeviceError::Open { name: info.name.clone(), message: error.to_string() })?;
-        Ok(Self { device, queue, info, timestamps: features.contains(Features::TIMESTAMP_QUERY) })
+        let timestamps = features.contains(Features::TIMESTAMP_QUERY);
+        Ok(Self { instance, adapter: adapter.clone(), device, queue, info, timestamps })
     }
 
     /// True for a software device.

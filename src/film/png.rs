@@ -16,12 +16,13 @@ pub fn write(path: &Path, picture: &Picture, view: View, exposure: f32) -> Resul
     if count > 0 {
         return Err(FilmError::NonFinite { path: path.to_owned(), count });
     }
-    let pixels: Vec<[u8; 3]> = picture
-        .rgb
-        .iter()
-        .map(|&radiance| view.display(exposure, radiance).map(|linear| to_byte(srgb_encode(linear))))
-        .collect();
+    let pixels: Vec<[u8; 3]> = picture.rgb.iter().map(|&radiance| pixel(radiance, view, exposure)).collect();
     write_bytes(path, picture.width, picture.height, &pixels)
+}
+
+/// The sRGB bytes of a radiance.
+pub fn pixel(radiance: [f32; 3], view: View, exposure: f32) -> [u8; 3] {
+    view.display(exposure, radiance).map(|linear| to_byte(srgb_encode(linear)))
 }
 
 /// Writes sRGB bytes, `width * height` pixels.

@@ -88,8 +88,12 @@ impl FilmSums {
 
     /// Samples left out because they were not finite.
     pub fn non_finite(&self) -> u64 {
-        let (now, earlier) = (self.pixels.iter(), self.earlier.iter());
-        now.map(|pixel| pixel.non_finite).chain(earlier.map(|pixel| pixel.non_finite)).sum()
+        self.totals().map(|pixel| pixel.non_finite).sum()
+    }
+
+    /// As [`non_finite`](Self::non_finite), of each pixel.
+    pub fn non_finite_by_pixel(&self) -> Vec<u64> {
+        self.totals().map(|pixel| pixel.non_finite).collect()
     }
 
     /// Radiance, with the layers `variance` (of the mean) and `samples`. `radiance_scale` turns device units into

@@ -14,7 +14,7 @@ use crate::subspace::Model;
 use super::records::Records;
 use super::subspaces::Subspaces;
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
-use super::{Choice, DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
+use super::{Choice, DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Region, Settings};
 
 /// Connections in flight for each eye vertex when all vertices of a light path are connected; longer paths take
 /// several rounds.
@@ -38,8 +38,9 @@ pub(super) struct Bidirectional {
     kernels: Kernels,
     /// Connections are chosen by subspaces.
     subspaces: Option<Subspaces>,
-    /// Vertices that the cache holds.
+    /// Vertices that the cache holds, and light paths.
     capacity: u32,
+    cached_paths: u32,
     stages: Stages,
 }
 
@@ -124,21 +125,6 @@ impl Bidirectional {
                 && scene.features.lambert_only,
         };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
-        let pixels = settings.region.pixels();
-        let light_paths = match method {
-            Method::LvcBpt { light_paths, .. } | Method::SpcBpt { light_paths, .. } => {
-                let default = f64::from(settings.width) * f64::from(settings.height) * DEFAULT_LIGHT_PATHS;
-                light_paths.unwrap_or(default.ceil() as u32)
-            }
-            Method::Light { light_paths } => light_paths.unwrap_or(settings.width * settings.height),
-            Method::Path | Method::Bdpt { .. } => pixels,
-        };
-        let iteration = match method {
-            Method::LvcBpt { .. } | Method::SpcBpt { .. } if !learns => {
-                wavefront.samples_at_once(light_paths)
-            }
-            _ => 1,
-        };
         let lights = wavefront.has_lights();
         let subspaces = match model {
             Some(model) if lights => Some(Subspaces::new(context, &mut wavefront, model)?),
@@ -158,14 +144,16 @@ impl Bidirectional {
         let mut integrator = Self {
             wavefront,
             method,
-            light_paths,
-            iteration,
+            light_paths: 1,
+            iteration: 1,
             connection_density: 1.0,
             kernels,
             subspaces,
             capacity: 0,
+            cached_paths: 0,
             stages: Stages::default(),
         };
+        integrator.divide();
         integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
         if let (true, Method::LvcBpt { connections, .. }) = (lights, method) {
             integrator.connection_density = connections as f32 / integrator.vertices_a_path(context)? as f32;
@@ -173,9 +161,29 @@ impl Bidirectional {
         Ok(integrator)
     }
 
+    /// How many light paths there are, and how many samples share them.
+    fn divide(&mut self) {
+        let settings = &self.wavefront.settings;
+        let pixels = settings.width * settings.height;
+        self.light_paths = match self.method {
+            Method::LvcBpt { light_paths, .. } | Method::SpcBpt { light_paths, .. } => {
+                light_paths.unwrap_or((f64::from(pixels) * DEFAULT_LIGHT_PATHS).ceil() as u32)
+            }
+            Method::Light { light_paths } => light_paths.unwrap_or(pixels),
+            Method::Path | Method::Bdpt { .. } => settings.region.pixels(),
+        };
+        self.iteration = match self.method {
+            Method::LvcBpt { .. } | Method::SpcBpt { .. } if !self.wavefront.learns() => {
+                self.wavefront.samples_at_once(self.light_paths)
+            }
+            _ => 1,
+        };
+    }
+
     /// Makes a cache of `vertices`, and binds all that use it.
     fn make_cache(&mut self, context: &Context, vertices: u64) -> Result<(), DeviceError> {
-        let cached = u64::from(self.cached_paths());
+        self.cached_paths = self.cached_paths();
+        let cached = u64::from(self.cached_paths);
         if cached > 0 && self.wavefront.has_lights() {
             let vertex_bytes = self.wavefront.light_vertex_bytes();
             let buffers = &mut self.wavefront.buffers;
@@ -289,7 +297,7 @@ impl Bidirectional {
     /// The light paths of an iteration, as many at a time as the queues hold.
     fn shared_batches(&self, template: &Batch) -> Vec<Batch> {
         let paths = template.light_path_count;
-        let most = self.wavefront.capacity;
+        let most = self.wavefront.slice;
         (0..paths)
             .step_by(most as usize)
             .map(|first| Batch {
@@ -520,6 +528,16 @@ impl Integrator for Bidirectional {
 
     fn samples_at_once(&self) -> u32 {
         self.iteration
+    }
+
+    fn aim(&mut self, context: &Context, camera: &Camera, region: Region) -> Result<(), DeviceError> {
+        self.wavefront.aim(context, camera, region)?;
+        self.divide();
+        if self.cached_paths() > self.cached_paths {
+            let vertices = u64::from(self.cached_paths()) * FIRST_VERTICES_A_PATH;
+            self.make_cache(context, vertices.max(self.capacity.into()))?;
+        }
+        Ok(())
     }
 
     fn set_model(&mut self, context: &Context, model: &Model) -> Result<(), DeviceError> {

@@ -13,7 +13,7 @@ use crate::error::{DeviceError, RenderError};
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::bidirectional::{Bidirectional, Purpose};
-use super::learn::{Clock, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch};
+use super::learn::{Clock, Known, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch};
 use super::records::{Records, light_features, light_sample};
 use super::{Choice, Integrator as _, Method, Region, Settings};
 
@@ -23,6 +23,9 @@ const PATHS_AN_ITERATION: u32 = 1 << 14;
 const RECORDS_A_PATH: u32 = 8;
 /// Connections after which more teach nothing that a picture shows.
 const ENOUGH_NODES: usize = 1_500_000;
+
+/// Lessons that those can do without who know something of the scene.
+const LESSONS_KNOWN: u32 = 2;
 
 /// Finds paths and learns from them, by turns.
 ///
@@ -58,7 +61,7 @@ pub(super) struct Course {
     samples_kernel: Kernel,
     records: Records,
     set: TrainingSet,
-    lights: Vec<LightSample>,
+    lights: Arc<Vec<LightSample>>,
     light_paths: u32,
     camera_paths: u64,
     pub model: Arc<Model>,
@@ -92,7 +95,7 @@ impl Course {
             samples_kernel,
             records,
             set: TrainingSet::new(settings.width, settings.height),
-            lights: Vec::new(),
+            lights: Arc::default(),
             light_paths: 0,
             camera_paths: 0,
             model: Arc::new(model),
@@ -108,7 +111,15 @@ impl Course {
     /// As [`super::train`].
     pub fn begin(lesson: &Lesson) -> Result<Self, RenderError> {
         let mut course = Self::new(lesson)?;
-        course.look_for_light(lesson)?;
+        match lesson.known() {
+            Some(known) => {
+                course.lights = known.lights.clone();
+                course.light_paths = known.light_paths;
+                course.model = known.model.clone();
+                course.integrator.set_model(&lesson.context, &known.model)?;
+            }
+            None => course.look_for_light(lesson)?,
+        }
         Ok(course)
     }
 
@@ -128,7 +139,9 @@ impl Course {
         mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
     ) -> Result<Trained, RenderError> {
         let training = &lesson.training;
-        let [mut iteration, mut taught] = [0, 0];
+        // Who knows something already has no use for what an iteration or two can teach.
+        let skipped = if lesson.known().is_some() { LESSONS_KNOWN.min(training.lessons - 1) } else { 0 };
+        let [mut iteration, mut taught] = [0, skipped];
         let reason = loop {
             iteration += 1;
             let found = self.find_paths(lesson, iteration)?;
@@ -165,9 +178,11 @@ impl Course {
                 go_on(Learning::Loss(loss))?;
             }
         }
+        let known = Known { model: self.model.clone(), lights: self.lights, light_paths: self.light_paths };
         let mut trained = self.clock.trained(self.model, self.camera_paths);
         trained.losses = self.losses;
-        trained.choices.push(Choice::new("lessons", taught, reason));
+        trained.known = Some(known);
+        trained.choices.push(Choice::new("lessons", taught - skipped, reason));
         Ok(trained)
     }
 
@@ -239,7 +254,8 @@ impl Course {
 
     fn take_lights(&mut self, features: &[LightFeature], paths: u32) {
         if self.light_paths < LIGHT_PATHS {
-            self.lights.extend(features.iter().filter(|feature| feature.weight > 0.0).map(light_sample));
+            let lights = Arc::make_mut(&mut self.lights);
+            lights.extend(features.iter().filter(|feature| feature.weight > 0.0).map(light_sample));
             self.light_paths += paths;
         }
     }

@@ -13,7 +13,7 @@ use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
 use crate::math::rng::seed_key;
 use crate::subspace::settings::MOST_FOLLOWED;
-use crate::subspace::{self, LightSourceInfo, Model, SourceKind, TrainingSet};
+use crate::subspace::{self, LightSample, LightSourceInfo, Model, SourceKind, TrainingSet};
 
 use super::wavefront::Wavefront;
 use super::{Choice, Settings, bootstrap, pretrace};
@@ -122,6 +122,16 @@ pub struct Trained {
     /// iteration found. (Nobody knows it of a last lesson that has none.)
     pub losses: Vec<f64>,
     pub choices: Vec<Choice>,
+    /// For another lesson about the same scene, seen by another camera.
+    pub known: Option<Known>,
+}
+
+/// What was learnt of a scene before: to begin with, and what does not depend on where the camera is.
+#[derive(Clone)]
+pub struct Known {
+    pub model: Arc<Model>,
+    pub(super) lights: Arc<Vec<LightSample>>,
+    pub(super) light_paths: u32,
 }
 
 /// What learning has to know of a scene; on the device it shares the scene's buffers.
@@ -134,6 +144,7 @@ pub struct Lesson {
     pub(super) scene_hash: u64,
     pub(super) training: Training,
     pub(super) sources: Vec<LightSourceInfo>,
+    known: Option<Known>,
 }
 
 impl Lesson {
@@ -157,7 +168,17 @@ impl Lesson {
             scene_hash,
             training: training.clone(),
             sources: sources(context, scene)?,
+            known: None,
         })
+    }
+
+    /// Begins with what is known of the scene, however it was seen.
+    pub fn after(self, known: Option<Known>) -> Self {
+        Self { known, ..self }
+    }
+
+    pub(super) fn known(&self) -> Option<&Known> {
+        self.known.as_ref()
     }
 }
 
@@ -219,7 +240,15 @@ impl Clock {
             );
             choices.push(Choice::new("subspaces", model.subspaces, reason));
         }
-        Trained { model, tracing, learning: self.learning, camera_paths, losses: Vec::new(), choices }
+        Trained {
+            model,
+            tracing,
+            learning: self.learning,
+            camera_paths,
+            losses: Vec::new(),
+            choices,
+            known: None,
+        }
     }
 }
 

@@ -2,6 +2,8 @@
 
 mod bidirectional;
 mod bootstrap;
+mod courtesy;
+mod first_hits;
 mod learn;
 mod online;
 mod path;
@@ -19,9 +21,10 @@ use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
 use crate::subspace::Model;
 
-pub use learn::{Learning, Lesson, Trained, Training, When, find_training_paths, train};
+pub use courtesy::Courtesy;
+pub use learn::{Known, Learning, Lesson, Trained, Training, When, find_training_paths, train};
 pub use online::{Beginning, News, Online};
-pub use wavefront::{RayCounts, Region, Wavefront};
+pub use wavefront::{RayCounts, Wavefront};
 
 /// How light is transported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -108,6 +111,21 @@ pub struct Strategy {
     pub weighted: bool,
 }
 
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Region {
+    pub fn pixels(&self) -> u32 {
+        self.width * self.height
+    }
+}
+
 /// Settings that every integrator understands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -157,6 +175,14 @@ pub trait Integrator {
     /// them.
     fn samples_at_once(&self) -> u32 {
         1
+    }
+
+    /// Another view, of no more pixels than the first; what there is of the last has to be reset.
+    ///
+    /// # Errors
+    /// A lost device, a buffer that does not fit.
+    fn aim(&mut self, context: &Context, camera: &Camera, region: Region) -> Result<(), DeviceError> {
+        self.wavefront_mut().aim(context, camera, region)
     }
 
     /// Connects by another model from now on, where it connects by one.

@@ -28,7 +28,7 @@ pub(super) fn train(
     paths: u32,
     mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
 ) -> Result<Trained, RenderError> {
-    let Lesson { context, scene, camera, settings, scene_hash, training, sources } = lesson;
+    let Lesson { context, scene, camera, settings, scene_hash, training, sources, .. } = lesson;
     let method = Method::LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false };
     let settings = Settings { method, ..*settings };
     let mut bidirectional =

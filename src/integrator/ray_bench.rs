@@ -6,7 +6,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::accel::{Accel, AccelTriangle};
-use crate::device::layout::{Counts, Hit, PathRay, ShadowRay};
+use crate::device::layout::{Camera, Counts, Hit, PathRay, ShadowRay};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, BufferTable, Context, Kernel};
 use crate::error::RenderError;
@@ -61,7 +61,7 @@ impl RayBench {
         // Materials and lights do not matter to rays; alpha would.
         let features = SceneFeatures { alpha: false, ..SceneFeatures::of(scene) };
         let mut device_scene = DeviceScene::new(context, scene, &accel, features)?;
-        let camera = device_scene.camera(&scene.cameras[camera], width, height);
+        let camera = Camera::new(&device_scene.unit, &scene.cameras[camera], width, height);
         let kernel_features = device_scene.kernel_features();
         let mut occlusion_features = kernel_features.clone();
         occlusion_features.insert("any_hit");

@@ -2,7 +2,7 @@
 //! bounce has.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::device::layout::{
     Batch, Camera, Counts, EVERY_STRATEGY, FilmPixel, FirstHitPixel, Hit, LambertVertex, LightVertex,
@@ -15,7 +15,8 @@ use crate::device::{Bound, BufferTable, Context, Kernel};
 use crate::error::DeviceError;
 use crate::math::rng::seed_key;
 
-use super::{Settings, Strategy};
+use super::courtesy::Courtesy;
+use super::{Region, Settings, Strategy};
 
 /// Surfaces between two looks at how many paths are left.
 const BOUNCES_A_SUBMISSION: u32 = 8;
@@ -26,21 +27,6 @@ const LARGEST_DEPTH: u32 = 0xffff;
 const CPU_CAPACITY: u32 = 1 << 16;
 /// Paths in flight on a GPU.
 const GPU_CAPACITY: u32 = 1 << 20;
-
-/// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    pub x: u32,
-    pub y: u32,
-    pub width: u32,
-    pub height: u32,
-}
-
-impl Region {
-    pub fn pixels(&self) -> u32 {
-        self.width * self.height
-    }
-}
 
 /// What was done so far, exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -110,6 +96,11 @@ pub struct Wavefront {
     pub buffers: BufferTable,
     pub(super) settings: Settings,
     pub(super) capacity: u32,
+    pub(super) courtesy: Option<Courtesy>,
+    /// Paths in flight at once, the capacity at most.
+    pub(super) slice: u32,
+    /// Paths of the batch that is under way.
+    pub(super) started: u32,
     features: Features,
     constants: Vec<(&'static str, f64)>,
     swapped: Vec<(&'static str, [wgpu::Buffer; 2])>,
@@ -120,11 +111,13 @@ pub struct Wavefront {
     /// Tests the connections in the queue; none where nothing connects.
     pub(super) test_connections: Vec<Stage>,
     accumulate: Bound,
-    first_hit: Option<Bound>,
+    pub(super) first_hit: Option<Bound>,
     pub timing: Option<Timing>,
     pub compile_time: Duration,
     /// What the device does not count apart.
     pub(super) light_counts: RayCounts,
+    /// Rays of the device's counts that no picture is made of.
+    pub(super) aside: u64,
     /// K, subspaces a side.
     pub(super) subspaces: u32,
 }
@@ -235,6 +228,9 @@ impl Wavefront {
             buffers,
             settings,
             capacity,
+            courtesy: None,
+            slice: capacity,
+            started: 0,
             features,
             constants,
             swapped,
@@ -248,6 +244,7 @@ impl Wavefront {
             timing: if settings.timing { Timing::new(context) } else { None },
             compile_time,
             light_counts: RayCounts::default(),
+            aside: 0,
             subspaces: 0,
         };
         wavefront.bind_tests(context)?;
@@ -327,22 +324,20 @@ impl Wavefront {
         bind_pair(context, &mut self.buffers, &self.swapped, kernel)
     }
 
-    /// Sums what the camera sees first over `samples` samples of every pixel, and takes the sums.
+    /// Another view, of no more pixels than the first; what there is of the last has to be [`reset`](Self::reset).
     ///
     /// # Errors
     /// A lost device.
-    pub fn first_hits(&mut self, context: &Context, samples: u32) -> Result<Vec<FirstHitPixel>, DeviceError> {
-        for batch in self.batches(0, samples) {
-            let paths = batch.pixel_count * batch.sample_count;
-            let mut encoder = self.start(context, &batch, &self.camera_rays.clone())?;
-            record(&mut encoder, &mut self.timing, &self.closest_hit[0], Extent::Count(paths));
-            if let Some(first_hit) = &self.first_hit {
-                record(&mut encoder, &mut self.timing, first_hit, Extent::Count(batch.pixel_count));
-            }
-            context.queue.submit([encoder.finish()]);
-        }
-        let bytes = u64::from(self.settings.region.pixels()) * size_of::<FirstHitPixel>() as u64;
-        Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
+    pub(super) fn aim(
+        &mut self,
+        context: &Context,
+        camera: &Camera,
+        region: Region,
+    ) -> Result<(), DeviceError> {
+        self.settings.width = region.width;
+        self.settings.height = region.height;
+        self.settings.region = region;
+        self.buffers.write(context, "camera", bytemuck::bytes_of(camera))
     }
 
     /// From now on renders with this seed, and of all strategies this one only.
@@ -364,6 +359,7 @@ impl Wavefront {
         }
         context.queue.submit([encoder.finish()]);
         self.light_counts = RayCounts::default();
+        self.aside = 0;
         if let Some(timing) = &mut self.timing {
             timing.totals.clear();
         }
@@ -375,11 +371,12 @@ impl Wavefront {
         Batch { pixel_count: 1, sample_count: 1, max_depth: 2, ..self.batches(0, 1)[0] }
     }
 
-    /// Cuts samples into batches that the queues hold: whole rounds over small pictures, parts of large ones.
+    /// Cuts samples into batches that the queues hold: whole rounds over small pictures, parts of large ones. Where only
+    /// slices of the queues are used, there are fewer pixels in a batch, not fewer samples.
     pub(super) fn batches(&self, first_sample: u32, samples: u32) -> Vec<Batch> {
         let pixels = self.settings.region.pixels();
-        let pixels_a_batch = pixels.min(self.capacity);
         let samples_a_batch = (self.capacity / pixels).max(1);
+        let pixels_a_batch = pixels.min((self.slice / samples_a_batch.min(samples.max(1))).max(1));
         let strategy = self.settings.strategy;
         let template = Batch {
             width: self.settings.width,
@@ -423,6 +420,7 @@ impl Wavefront {
         self.buffers.write(context, "batch", bytemuck::bytes_of(batch))?;
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let paths = batch.pixel_count * batch.sample_count;
+        self.started = paths;
         record(&mut encoder, &mut self.timing, first_rays, Extent::Count(paths));
         record(&mut encoder, &mut self.timing, &self.advance, Extent::Count(1));
         Ok(encoder)
@@ -457,6 +455,7 @@ impl Wavefront {
     ) -> Result<(), DeviceError> {
         let mut depth = 0;
         loop {
+            let start = Instant::now();
             for _ in 0..BOUNCES_A_SUBMISSION.min(max_bounces - depth) {
                 self.record(&mut encoder, &stages[depth as usize % 2])?;
                 depth += 1;
@@ -466,7 +465,11 @@ impl Wavefront {
             if let Some(timing) = &mut self.timing {
                 timing.collect(context)?;
             }
-            if depth >= max_bounces || self.counts(context)?.paths_in == 0 {
+            let counts = self.counts(context)?;
+            if depth <= BOUNCES_A_SUBMISSION {
+                self.pace(start.elapsed())?;
+            }
+            if depth >= max_bounces || counts.paths_in == 0 {
                 return Ok(());
             }
         }
@@ -498,7 +501,7 @@ impl Wavefront {
     pub fn ray_counts(&self, context: &Context) -> Result<RayCounts, DeviceError> {
         let counts = self.counts(context)?;
         Ok(RayCounts {
-            closest_hit: total(counts.closest_total),
+            closest_hit: total(counts.closest_total) - self.aside,
             occlusion: total(counts.shadow_total),
             non_finite_vertices: counts.non_finite_vertices.into(),
             ..self.light_counts
@@ -564,12 +567,17 @@ fn bind_pair(
 }
 
 /// A [`Size`] as the encoder wants it: an offset in bytes where the device decides.
-enum Extent<'a> {
+pub(super) enum Extent<'a> {
     Count(u32),
     Indirect(&'a wgpu::Buffer, u64),
 }
 
-fn record(encoder: &mut wgpu::CommandEncoder, timing: &mut Option<Timing>, kernel: &Bound, extent: Extent) {
+pub(super) fn record(
+    encoder: &mut wgpu::CommandEncoder,
+    timing: &mut Option<Timing>,
+    kernel: &Bound,
+    extent: Extent,
+) {
     let timestamp_writes = timing.as_mut().and_then(|timing| timing.writes(&kernel.name));
     let mut pass = encoder
         .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&kernel.name), timestamp_writes });

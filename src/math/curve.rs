@@ -73,6 +73,11 @@ pub fn value(points: &[[f64; 2]], x: f64) -> Option<Value> {
     fit(end).map(|line| Value { value: line.y(x), extrapolated: true })
 }
 
+/// Slope of the line through the points in logarithms, by least squares; `None` for less than two.
+pub fn slope(points: &[[f64; 2]]) -> Option<f64> {
+    fit(points).map(|line| line.slope)
+}
+
 /// ln y = height + slope ln x.
 struct Line {
     height: f64,

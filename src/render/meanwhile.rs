@@ -1,14 +1,17 @@
 //! Rendering while the method still learns.
 
+use std::sync::Arc;
+
 use super::{Renderer, pixel_sums};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::error::RenderError;
 use crate::integrator::News;
+use crate::subspace::Model;
 
 /// Samples by one model, at least: two groups know their variance.
 pub(super) const SAMPLES_A_LESSON: u32 = 2 * SAMPLES_A_GROUP;
 
-impl Renderer<'_> {
+impl Renderer {
     /// Hears what was learnt in the meantime. Samples weigh by the inverse of their model's loss: the variance of a
     /// path's estimate is that loss, less the same for all models. What is known of losses is from paths that are in no
     /// picture, so that weights do not depend on what they weigh.
@@ -20,19 +23,10 @@ impl Renderer<'_> {
             match learning.hear()? {
                 None => break,
                 Some(News::Lesson(model)) => {
-                    let taken = self.integrator.wavefront().take_film(self.context)?;
-                    self.sums.add(taken.iter().map(pixel_sums));
-                    self.sums.settle();
-                    self.integrator.set_model(self.context, &model)?;
-                    self.report.training = Some(model.report.clone());
-                    self.report.lesson_samples.push(self.samples);
+                    self.connect_by(model)?;
                     self.next_lesson = self.samples + SAMPLES_A_LESSON;
-                    self.model = Some(model);
                 }
-                Some(News::Loss(loss)) => {
-                    self.sums.weigh_earlier(loss);
-                    self.report.lesson_losses.push(loss);
-                }
+                Some(News::Loss(loss)) => self.weigh_earlier(loss),
                 Some(News::End(trained)) => {
                     self.report.choices.extend(trained.choices);
                     self.learning = None;
@@ -40,5 +34,26 @@ impl Renderer<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Connects by another model from now on. Between groups only: samples of a group are of one kind.
+    ///
+    /// # Errors
+    /// A lost device, a buffer that does not fit.
+    pub fn connect_by(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
+        let taken = self.integrator.wavefront().take_film(&self.context)?;
+        self.sums.add(taken.iter().map(pixel_sums));
+        self.sums.settle();
+        self.integrator.set_model(&self.context, &model)?;
+        self.report.training = Some(model.report.clone());
+        self.report.lesson_samples.push(self.samples);
+        self.model = Some(model);
+        Ok(())
+    }
+
+    /// The loss by the model of now, over that by the one before.
+    pub fn weigh_earlier(&mut self, loss: f64) {
+        self.sums.weigh_earlier(loss);
+        self.report.lesson_losses.push(loss);
     }
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::meanwhile::SAMPLES_A_LESSON;
-use super::{Budget, FIRST_HIT_SAMPLES, RenderOptions, Renderer, Report, Stop};
+use super::{Budget, RenderOptions, Renderer, Report, Stop};
 use crate::accel::Accel;
 use crate::device::Context;
 use crate::device::layout::Camera;
@@ -11,39 +11,89 @@ use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
 use crate::film::sums::FilmSums;
 use crate::integrator::{
-    Beginning, Choice, Learning, Lesson, Method, RayCounts, Region, Settings, Trained, Training, When,
+    Beginning, Choice, Known, Learning, Lesson, Method, RayCounts, Region, Settings, Trained, Training, When,
     integrator, train,
 };
-use crate::scene::{Scene, SceneFeatures};
+use crate::scene::{self, Scene, SceneFeatures};
+
+/// A scene on a device: what all its renders share. Clones are the same one.
+#[derive(Clone)]
+pub struct Uploaded {
+    context: Context,
+    scene: DeviceScene,
+    /// Of the scene's content.
+    pub hash: u64,
+    triangles: usize,
+    dropped_triangles: usize,
+    accel_seconds: f64,
+}
+
+impl Uploaded {
+    /// Builds the acceleration structure and uploads the scene; for other `features` than its own only in tests.
+    ///
+    /// # Errors
+    /// What the layers below report.
+    pub fn new(
+        context: &Context,
+        scene: &Scene,
+        features: Option<SceneFeatures>,
+    ) -> Result<Self, RenderError> {
+        let accel = Accel::build(scene)?;
+        let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
+        Ok(Self {
+            context: context.clone(),
+            scene: DeviceScene::new(context, scene, &accel, features)?,
+            hash: scene.content_hash(),
+            triangles: accel.triangles.len(),
+            dropped_triangles: accel.dropped,
+            accel_seconds: accel.build_time.as_secs_f64(),
+        })
+    }
+
+    /// There is something to sample as a light.
+    pub fn has_lights(&self) -> bool {
+        self.scene.light_count > 0
+    }
+}
 
 /// A scene on a device, with the settings of a render that has not begun.
-pub struct Prepared<'a> {
-    context: &'a Context,
+pub struct Prepared {
+    context: Context,
     scene_hash: u64,
     options: RenderOptions,
     scene: DeviceScene,
     camera: Camera,
     settings: Settings,
-    length_scale: f64,
+    known: Option<Known>,
     report: Report,
 }
 
-impl<'a> Prepared<'a> {
-    /// Builds the acceleration structure and uploads the scene.
+impl Prepared {
+    /// Uploads the scene for one render.
     ///
     /// # Errors
     /// No such camera, a picture without pixels, or what the layers below report.
-    pub fn new(context: &'a Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
+    pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
         let camera = scene
             .cameras
             .get(options.camera)
             .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
-        let region =
-            options.crop.unwrap_or(Region { x: 0, y: 0, width: options.width, height: options.height });
+        check_region(&options.region(), options.width, options.height)?;
+        Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)
+    }
+
+    /// A render of a scene that is on the device, from `camera`, whatever the options say of cameras.
+    ///
+    /// # Errors
+    /// A picture without pixels.
+    pub fn of(
+        uploaded: &Uploaded,
+        camera: &scene::Camera,
+        options: RenderOptions,
+    ) -> Result<Self, RenderError> {
+        let region = options.region();
         check_region(&region, options.width, options.height)?;
-        let accel = Accel::build(scene)?;
-        let features = options.features.unwrap_or_else(|| SceneFeatures::of(scene));
-        let device_scene = DeviceScene::new(context, scene, &accel, features)?;
+        let device_scene = &uploaded.scene;
         let settings = Settings {
             width: options.width,
             height: options.height,
@@ -59,7 +109,7 @@ impl<'a> Prepared<'a> {
             stop: Stop::Interrupted,
             samples: 0,
             seconds: 0.0,
-            accel_seconds: accel.build_time.as_secs_f64(),
+            accel_seconds: uploaded.accel_seconds,
             upload_seconds: device_scene.upload_time.as_secs_f64(),
             compile_seconds: 0.0,
             pretracing_seconds: 0.0,
@@ -71,20 +121,20 @@ impl<'a> Prepared<'a> {
             estimated_error: None,
             rays: RayCounts::default(),
             non_finite: 0,
-            triangles: accel.triangles.len(),
-            dropped_triangles: accel.dropped,
+            triangles: uploaded.triangles,
+            dropped_triangles: uploaded.dropped_triangles,
             lights: device_scene.light_count,
             features: device_scene.features,
             memory: Vec::new(),
             kernels: Default::default(),
         };
         Ok(Self {
-            context,
-            scene_hash: scene.content_hash(),
-            camera: device_scene.camera(camera, options.width, options.height),
-            scene: device_scene,
+            context: uploaded.context.clone(),
+            scene_hash: uploaded.hash,
+            camera: Camera::new(&device_scene.unit, camera, options.width, options.height),
+            scene: device_scene.clone(),
             settings,
-            length_scale: accel.unit.world_length(1.0),
+            known: None,
             report,
             options,
         })
@@ -115,6 +165,11 @@ impl<'a> Prepared<'a> {
     /// What was done so far.
     pub fn report(&self) -> &Report {
         &self.report
+    }
+
+    /// Learns with what is known of the scene, however it was seen.
+    pub fn after(self, known: Option<Known>) -> Self {
+        Self { known, ..self }
     }
 
     /// Learns what the render then connects by; until `interrupted` says so, which is asked several times a second.
@@ -157,14 +212,16 @@ impl<'a> Prepared<'a> {
             render_time: time,
             ..self.options.training.clone()
         };
-        Lesson::new(self.context, &self.scene, &self.camera, self.settings, self.scene_hash, &training)
+        let lesson =
+            Lesson::new(&self.context, &self.scene, &self.camera, self.settings, self.scene_hash, &training)?;
+        Ok(lesson.after(self.known.clone()))
     }
 
     /// Compiles all that the render needs; learns first where it has to.
     ///
     /// # Errors
     /// As [`learn`](Self::learn), and a kernel that does not compile, a buffer that does not fit.
-    pub fn renderer(mut self) -> Result<Renderer<'a>, RenderError> {
+    pub fn renderer(mut self) -> Result<Renderer, RenderError> {
         let mut course = None;
         match self.learns() {
             Some(When::First) => {
@@ -173,34 +230,31 @@ impl<'a> Prepared<'a> {
             Some(When::Meanwhile) => course = Some(self.begin_to_learn()?),
             None => {}
         }
-        let Self { context, options, scene, camera, settings, length_scale, mut report, .. } = self;
-        let radiance_scale = 2f64.powi(scene.radiance_exponent);
+        let Self { context, scene_hash, options, scene, camera, settings, mut report, .. } = self;
+        let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| matches!(options.method, Method::SpcBpt { .. }));
         report.training = model.as_ref().map(|model| model.report.clone());
-        let mut integrator = integrator(context, scene, &camera, settings, model.as_deref())?;
+        let mut integrator = integrator(&context, scene, &camera, settings, model.as_deref())?;
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         let warm_up = Instant::now();
-        integrator.warm_up(context)?;
+        integrator.warm_up(&context)?;
         report.choices.extend(integrator.choices());
         let wavefront = integrator.wavefront_mut();
-        let first_hits = match options.first_hit_layers {
-            true => wavefront.first_hits(context, FIRST_HIT_SAMPLES)?,
-            false => Vec::new(),
-        };
-        wavefront.reset(context)?;
+        wavefront.reset(&context)?;
         report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
         Ok(Renderer {
             context,
+            scene_hash,
             model,
             integrator,
             sums: FilmSums::new(settings.region.width, settings.region.height),
             learning: course.map(Beginning::start).transpose()?,
             next_lesson: SAMPLES_A_LESSON,
-            first_hits,
+            first_hits: None,
             samples: 0,
             elapsed: Duration::ZERO,
             radiance_scale,
-            length_scale,
+            unit,
             report,
             options,
         })

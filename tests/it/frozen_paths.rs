@@ -4,7 +4,7 @@
 use glam::DVec4;
 use halfway::accel::Accel;
 use halfway::device::Kernel;
-use halfway::device::layout::{Batch, Light};
+use halfway::device::layout::{Batch, Camera, Light};
 use halfway::device::scene::DeviceScene;
 use halfway::device::shader::stitch_text;
 use halfway::math::equal_area::sphere_to_square;
@@ -170,7 +170,7 @@ impl<'a> Bench<'a> {
         }
         let stitched = stitch_text("frozen paths", KERNEL, &features).expect("directives");
         let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &constants).expect("a kernel");
-        let camera = self.device.camera(&self.space.view, RESOLUTION[0], RESOLUTION[1]);
+        let camera = Camera::new(&self.device.unit, &self.space.view, RESOLUTION[0], RESOLUTION[1]);
         let buffers = &mut self.device.buffers;
         let batch = Batch {
             width: RESOLUTION[0],

@@ -15,7 +15,7 @@ use crate::stats::{FAMILY_ALPHA, Moments, welch_p};
 
 const LESSONS: u32 = 3;
 
-fn renderer(scene: &Scene, seed: u64) -> Renderer<'static> {
+fn renderer(scene: &Scene, seed: u64) -> Renderer {
     let settings = Settings { connections: 2, ..Settings::default() };
     let training =
         Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_lessons(LESSONS);

@@ -1,6 +1,7 @@
 //! The paths that SPCBPT finds and learns from: by all ways together they have the density that says how they were found.
 
 use halfway::accel::Accel;
+use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
 use halfway::integrator::{Lesson, Method, Region, Settings, Training, find_training_paths, train};
 use halfway::scene::builtin::builtin;
@@ -20,7 +21,7 @@ fn assert_densities_of_one(scene: &Scene) {
     let accel = Accel::build(scene).expect("a tree");
     let device = DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
     let [width, height] = [48, 48];
-    let camera = device.camera(&scene.cameras[0], width, height);
+    let camera = Camera::new(&device.unit, &scene.cameras[0], width, height);
     let method = Method::SpcBpt { light_paths: None, connections: CONNECTIONS, light_tracing: false };
     let settings = Settings {
         width,

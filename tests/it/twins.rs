@@ -2,7 +2,7 @@
 
 use glam::{Affine2, DVec2, DVec3, Vec2, Vec3};
 use halfway::accel::Accel;
-use halfway::device::layout::{Batch, Counts, PathRay, SAMPLES_A_GROUP};
+use halfway::device::layout::{self, Batch, Counts, PathRay, SAMPLES_A_GROUP};
 use halfway::device::scene::DeviceScene;
 use halfway::device::{BufferTable, Kernel};
 use halfway::math::rng::{RandomKey, random4, uniform_from_word};
@@ -201,7 +201,11 @@ fn c15_camera_rays() {
         }
         buffers.create(context, "counts", size_of::<Counts>() as u64).expect("create");
         buffers
-            .upload_uniform(context, "camera", &[device_scene.camera(camera, width, height)])
+            .upload_uniform(
+                context,
+                "camera",
+                &[layout::Camera::new(&device_scene.unit, camera, width, height)],
+            )
             .expect("upload");
         buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
         let bound = kernel.bind(context, &buffers).expect("all buffers named");

@@ -95,12 +95,14 @@ impl DeviceScene {
         }
         names
     }
+}
 
-    /// The camera in unit space for a picture of `width` x `height` pixels.
-    pub fn camera(&self, camera: &scene::Camera, width: u32, height: u32) -> Camera {
+impl Camera {
+    /// A scene's camera in unit space, for a picture of `width` x `height` pixels.
+    pub fn new(unit: &UnitSpace, camera: &scene::Camera, width: u32, height: u32) -> Self {
         let aspect = width as f32 / height as f32;
-        let origin = self.unit.point(camera.position);
-        let mut device = Camera { origin: origin.to_array(), ..Camera::default() };
+        let origin = unit.point(camera.position);
+        let mut device = Self { origin: origin.to_array(), ..Self::default() };
         match camera.projection {
             Projection::Perspective { yfov } => {
                 let tangent = (0.5 * yfov).tan();
@@ -110,7 +112,7 @@ impl DeviceScene {
                 device.direction_dy = (-2.0 * up).to_array();
             }
             Projection::Orthographic { ymag, .. } => {
-                let half = self.unit.length(f64::from(ymag)) as f32;
+                let half = unit.length(f64::from(ymag)) as f32;
                 let (right, up) = (camera.right * half * aspect, camera.up * half);
                 device.origin = (origin - right + up).to_array();
                 device.origin_dx = (2.0 * right).to_array();
