@@ -7,7 +7,7 @@ mod debug;
 mod devices;
 mod efficiency;
 mod info;
-mod input;
+pub mod input;
 mod method;
 mod progress;
 mod reference;

@@ -9,8 +9,8 @@ use clap::Args;
 
 use super::debug::Debug;
 use super::input::{
-    InputError, SceneArgs, check_folder, choose_camera, command_line, default_output, open_device,
-    parse_crop, parse_duration, parse_size, picture_size,
+    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device, parse_crop,
+    parse_duration, parse_size, picture_size,
 };
 use super::method::MethodArgs;
 use super::progress::{self, Meter};
@@ -55,9 +55,8 @@ pub struct RenderArgs {
     /// Render only this part: left, top, width, height in pixels.
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     crop: Option<Region>,
-    /// Which of the scene's cameras, by name or number.
-    #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
+    #[command(flatten)]
+    camera: CameraArgs,
     /// Same seed, same device: the same picture, bit for bit.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -106,7 +105,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let mut viewer = args.tev.as_deref().map(tev::Viewer::connect).transpose()?;
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
-    let camera = choose_camera(&mut scene, args.camera.as_deref())?;
+    let camera = args.camera.choose(&mut scene)?;
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
 

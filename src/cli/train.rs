@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::Exit;
 use super::input::{
-    InputError, SceneArgs, check_folder, choose_camera, default_output, open_device, parse_size, picture_size,
+    CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device, parse_size, picture_size,
 };
 use super::progress;
 use crate::device::DeviceChoice;
@@ -62,9 +62,8 @@ pub struct TrainArgs {
     /// Size in pixels of the picture that is learnt for (default: the scene's own wish, or 1280x720).
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Which of the scene's cameras, by name or number.
-    #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
+    #[command(flatten)]
+    camera: CameraArgs,
     /// Same seed, same device: the same model, bit for bit.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -111,7 +110,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
     let training = args.training()?;
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
-    let camera = choose_camera(&mut scene, args.camera.as_deref())?;
+    let camera = args.camera.choose(&mut scene)?;
     check_light(&scene)?;
     let load_seconds = load_start.elapsed().as_secs_f64();
 

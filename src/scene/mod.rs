@@ -12,6 +12,7 @@ pub mod gltf;
 pub mod picture_file;
 
 mod accessor;
+mod bounds;
 mod camera;
 mod light;
 mod material;
@@ -21,7 +22,8 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::math::fnv::Fnv;
 
-pub use camera::{Camera, Projection};
+pub use bounds::Bounds;
+pub use camera::{Camera, Pose, Projection};
 pub use environment::{Environment, EqualAreaMap};
 
 pub use features::SceneFeatures;
@@ -44,6 +46,8 @@ pub struct Scene {
     /// Lights without a surface: point, spot, directional.
     pub lights: Vec<PunctualLight>,
     pub cameras: Vec<Camera>,
+    /// The last of `cameras` is none of the scene's own ([`Scene::place_camera`]).
+    pub camera_placed: bool,
     pub environment: Option<Environment>,
     /// Width and height that the file asks for (`extras.resolution` of the root), in pixels.
     pub resolution: Option<[u32; 2]>,
@@ -75,7 +79,23 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
     }
 
-    /// A hash of everything that pictures depend on, equal on all machines (FNV-1a, eight bytes at a time).
+    /// The cameras that are the scene's own.
+    pub fn own_cameras(&self) -> &[Camera] {
+        let placed = usize::from(self.camera_placed);
+        &self.cameras[..self.cameras.len().saturating_sub(placed)]
+    }
+
+    /// Adds a camera that is none of the scene's own, in place of the one that was added before; returns its index. The
+    /// content stays the same, so that what was learnt of the scene stays valid.
+    pub fn place_camera(&mut self, camera: Camera) -> usize {
+        self.cameras.truncate(self.own_cameras().len());
+        self.cameras.push(camera);
+        self.camera_placed = true;
+        self.cameras.len() - 1
+    }
+
+    /// A hash of everything that pictures depend on but a placed camera, equal on all machines (FNV-1a, eight bytes at a
+    /// time).
     pub fn content_hash(&self) -> u64 {
         let mut hash = Fnv::default();
         for mesh in &self.meshes {
@@ -93,7 +113,7 @@ impl Scene {
             hash.bytes(&environment.scale.to_le_bytes());
             hash.bytes(&environment.rotation.to_le_bytes());
         }
-        let rest = (&self.materials, &self.textures, &self.lights, &self.cameras);
+        let rest = (&self.materials, &self.textures, &self.lights, self.own_cameras());
         hash.bytes(format!("{rest:?}").as_bytes());
         hash.0
     }
