@@ -16,6 +16,7 @@ mod bounds;
 mod camera;
 mod light;
 mod material;
+mod pick;
 mod texture;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
