@@ -17,6 +17,8 @@ pub mod error;
 pub mod film;
 pub mod integrator;
 pub mod math;
+#[cfg(feature = "preview")]
+pub mod preview;
 pub mod render;
 pub mod scene;
 pub mod subspace;

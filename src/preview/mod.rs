@@ -1,0 +1,3 @@
+//! The window that shows a picture while it renders, and moves its camera.
+
+pub mod controls;
