@@ -301,6 +301,7 @@ impl Renderer {
         let samples = if rest < samples { samples - rest } else { samples };
         self.integrator.render(&self.context, self.samples, samples)?;
         self.context.wait()?;
+        self.integrator.wavefront_mut().collect_times(&self.context)?;
         self.samples += samples;
         self.hear()?;
         if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {

@@ -40,6 +40,13 @@ pub struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// The files that it is read from, as far as they are named here: none of a built-in scene.
+    #[cfg(feature = "preview")]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let is_file = |path: &&PathBuf| !path.to_string_lossy().starts_with("builtin:");
+        std::iter::once(&self.scene).filter(is_file).chain(&self.env).cloned().collect()
+    }
+
     /// Loads the scene, adds the environment, and prints the loader's warnings.
     ///
     /// # Errors

@@ -9,6 +9,8 @@ mod efficiency;
 mod info;
 pub mod input;
 mod method;
+#[cfg(feature = "preview")]
+mod preview;
 mod progress;
 mod reference;
 mod render;
@@ -63,6 +65,9 @@ pub struct Cli {
 enum Command {
     /// Render a scene to EXR and PNG files.
     Render(Box<render::RenderArgs>),
+    /// Look at a scene in a window while it renders: move about, switch integrators.
+    #[cfg(feature = "preview")]
+    Preview(Box<preview::PreviewArgs>),
     /// Learn where paths of a scene connect, for renders with --integrator spcbpt --model.
     Train(Box<train::TrainArgs>),
     /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
@@ -84,6 +89,8 @@ enum Command {
 pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
+        #[cfg(feature = "preview")]
+        Command::Preview(args) => preview::run(args, cli.quiet),
         Command::Train(args) => train::run(args, cli.quiet),
         Command::Compare(args) => Ok(compare::run(args)?),
         Command::Info(args) => info::run(args),
@@ -113,6 +120,14 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
         Some(DeviceError::Subspace(subspace)) if subspace.is_bad_input() => return Exit::BadInput,
         Some(_) => return Exit::Failed,
         None => {}
+    }
+    #[cfg(feature = "preview")]
+    if let Some(error) = error.downcast_ref() {
+        use crate::error::PreviewError;
+        return match error {
+            PreviewError::Input(_) => Exit::BadInput,
+            _ => Exit::Failed,
+        };
     }
     let input = error.is::<SceneError>()
         || error.is::<input::InputError>()

@@ -53,6 +53,17 @@ impl Timing {
         })
     }
 
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.totals.clear();
+        self.pending.clear();
+    }
+
+    /// There may not be queries for another submission: it is time to [`collect`](Self::collect).
+    pub fn is_filling(&self) -> bool {
+        self.pending.len() as u32 > CAPACITY / 4
+    }
+
     /// Reads the pending timestamps into the totals; waits for the device.
     ///
     /// # Errors

@@ -9,10 +9,10 @@ use crate::error::DeviceError;
 
 use super::wavefront::Wavefront;
 
-/// Paths in flight at first, where a submission may not take long.
-const FIRST_SLICE: u32 = 1 << 12;
-/// Fewer are not worth the way to the device.
-const LEAST_SLICE: u32 = 1 << 10;
+/// Shares of the queues that are used at first, and at least: every submission costs the device something, however few
+/// paths it has.
+const FIRST_SHARE: u32 = 4;
+const LEAST_SHARE: u32 = 16;
 
 /// For a device that others use meanwhile, such as a window.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub struct Courtesy {
 impl Wavefront {
     /// From now on leaves the device to others in between.
     pub fn be_courteous(&mut self, courtesy: Courtesy) {
-        self.slice = FIRST_SLICE.min(self.capacity);
+        self.slice = self.capacity / FIRST_SHARE;
         self.courtesy = Some(courtesy);
     }
 
@@ -37,7 +37,7 @@ impl Wavefront {
             return Err(DeviceError::Abandoned);
         }
         if taken > *slice {
-            self.slice = (self.slice / 2).max(LEAST_SLICE);
+            self.slice = (self.slice / 2).max(self.capacity / LEAST_SHARE);
         } else if taken < *slice / 3 && 2 * self.started > self.slice {
             self.slice = (self.slice * 2).min(self.capacity);
         }

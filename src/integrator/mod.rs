@@ -164,7 +164,7 @@ impl FirstSubspaces {
 }
 
 /// An integrator on a device, with the scene.
-pub trait Integrator {
+pub trait Integrator: Send {
     /// Traces samples `first_sample .. first_sample + samples` of every pixel into the film on the device.
     ///
     /// # Errors

@@ -361,7 +361,7 @@ impl Wavefront {
         self.light_counts = RayCounts::default();
         self.aside = 0;
         if let Some(timing) = &mut self.timing {
-            timing.totals.clear();
+            timing.clear();
         }
         context.wait()
     }
@@ -462,7 +462,7 @@ impl Wavefront {
             }
             context.queue.submit([encoder.finish()]);
             encoder = context.device.create_command_encoder(&Default::default());
-            if let Some(timing) = &mut self.timing {
+            if let Some(timing) = self.timing.as_mut().filter(|timing| timing.is_filling()) {
                 timing.collect(context)?;
             }
             let counts = self.counts(context)?;
@@ -529,7 +529,15 @@ impl Wavefront {
         Ok(film)
     }
 
-    /// Seconds and dispatches by kernel, where timed.
+    /// Reads what was timed and not read yet.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn collect_times(&mut self, context: &Context) -> Result<(), DeviceError> {
+        self.timing.as_mut().map_or(Ok(()), |timing| timing.collect(context))
+    }
+
+    /// Seconds and dispatches by kernel, where timed, as far as they are [collected](Self::collect_times).
     pub fn kernel_times(&self) -> BTreeMap<String, (f64, u64)> {
         self.timing.as_ref().map(|timing| timing.totals.clone()).unwrap_or_default()
     }

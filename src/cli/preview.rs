@@ -1,0 +1,160 @@
+//! `halfway preview`
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::Exit;
+use super::input::{
+    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device, parse_size,
+    picture_size,
+};
+use super::method::{IntegratorName, MethodArgs};
+use super::progress;
+use super::render::{load_model, say_what_is_missing};
+use crate::device::DeviceChoice;
+use crate::film::Picture;
+use crate::film::tonemap::View;
+use crate::integrator::{DEFAULT_CONNECTIONS, Method, Training};
+use crate::preview::{self, Display, SLOTS, Settings};
+use crate::render::RenderOptions;
+use crate::scene::Scene;
+
+/// Look at a scene in a window while it renders: move about, switch integrators, see where it is still noisy. The picture
+/// is saved when the window is closed.
+#[derive(Args, Debug)]
+pub struct PreviewArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    camera: CameraArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces", "lessons", "learn"])]
+    model: Option<PathBuf>,
+    /// Stop at so many samples a pixel (default: never).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Size of the picture in pixels, however large the window (default: the scene's own wish, or 1280x720).
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Same seed, same device, same samples: the same picture as `halfway render` makes, bit for bit.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_depth: Option<u32>,
+    /// Device by number or name as `halfway devices` lists them, or cpu.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    device: DeviceChoice,
+    /// How scene light becomes the window's colours.
+    #[arg(long, value_enum, default_value_t)]
+    view: View,
+    /// Exposure in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
+    exposure: f32,
+    /// A picture of the same size to compare with: beside it, and as a map of errors.
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+    /// Pictures are saved as NAME-1.exr and NAME-1.png, NAME-2 and so on (default: the scene's name).
+    #[arg(short, long, value_name = "NAME")]
+    output: Option<PathBuf>,
+}
+
+/// In the order of the keys 1 to 5.
+const NAMES: [IntegratorName; SLOTS] = [
+    IntegratorName::Path,
+    IntegratorName::Bdpt,
+    IntegratorName::Lvcbpt,
+    IntegratorName::Spcbpt,
+    IntegratorName::Light,
+];
+
+/// With a camera where it has none, as for every render: whoever learns of the scene learns of that one, too.
+fn load(source: &SceneArgs, camera: &CameraArgs) -> anyhow::Result<Arc<Scene>> {
+    let mut scene = source.load()?;
+    camera.choose(&mut scene)?;
+    Ok(Arc::new(scene))
+}
+
+/// Shows the window until it is closed.
+///
+/// # Errors
+/// Bad input, no desktop, no device.
+pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
+    // Before anything that takes long.
+    let display = Display::open()?;
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, ""));
+    check_folder(&output)?;
+    let scene = load(&args.scene, &args.camera)?;
+    say_what_is_missing(&scene);
+    let [width, height] = picture_size(args.size, &scene);
+    let reference = args.reference.as_deref().map(Picture::read).transpose()?;
+    if let Some(reference) = &reference
+        && [reference.width, reference.height] != [width, height]
+    {
+        return Err(InputError::Usage(format!(
+            "the reference has {}x{} pixels, the picture {width}x{height}; add --size {}x{}",
+            reference.width, reference.height, reference.width, reference.height
+        ))
+        .into());
+    }
+    progress::install_interrupt();
+    let context = open_device(&args.device, quiet)?;
+    let most = context.device.limits().max_texture_dimension_2d;
+    if width.max(height) > most {
+        return Err(InputError::Usage(format!(
+            "a window on this device shows at most {most} pixels a side; take a smaller --size"
+        ))
+        .into());
+    }
+    let slot = NAMES.iter().position(|&name| name == args.method.integrator()).unwrap_or(0);
+    let mut methods = [
+        Method::Path,
+        Method::Bdpt { light_tracing: false },
+        Method::LvcBpt { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false },
+        Method::SpcBpt { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false },
+        Method::Light { light_paths: None },
+    ];
+    methods[slot] = args.method.method()?;
+    let training = match methods[slot] {
+        Method::SpcBpt { .. } => args.method.training()?,
+        // Refuses what is spcbpt's.
+        _ => args.method.training().map(|_| Training::default())?,
+    };
+    let model = match &args.model {
+        Some(path) => Some(load_model(path, scene.content_hash(), methods[slot])?),
+        None => None,
+    };
+    let options = RenderOptions {
+        width,
+        height,
+        max_depth: args.max_depth,
+        seed: args.seed,
+        model,
+        training,
+        ..RenderOptions::default()
+    };
+    let (source, camera) = (args.scene.clone(), args.camera.clone());
+    let settings = Settings {
+        context,
+        scene,
+        camera: args.camera.clone(),
+        loader: Box::new(move || load(&source, &camera).map_err(|error| format!("{error:#}"))),
+        files: args.scene.files(),
+        options,
+        methods,
+        slot,
+        samples: args.spp,
+        reference,
+        view: args.view,
+        exposure: args.exposure,
+        output,
+        title: args.scene.scene.display().to_string(),
+        command_line: command_line(),
+    };
+    preview::run(display, settings, progress::interrupted)?;
+    Ok(if progress::interrupted() { Exit::Interrupted } else { Exit::Done })
+}

@@ -1,0 +1,156 @@
+//! From a snapshot to the colours of a screen.
+
+use egui::{Color32, ColorImage};
+use rayon::prelude::*;
+
+use crate::film::heatmap::{self, VIRIDIS};
+use crate::film::tonemap::View;
+use crate::film::{Picture, false_color, png};
+
+use super::snapshot::Snapshot;
+
+/// What of a picture is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Show {
+    #[default]
+    Radiance,
+    Samples,
+    Variance,
+    /// Against the reference.
+    Error,
+    EyeSubspaces,
+    LightSubspaces,
+    NonFinite,
+}
+
+impl Show {
+    pub const ALL: [Self; 7] = [
+        Self::Radiance,
+        Self::Samples,
+        Self::Variance,
+        Self::Error,
+        Self::EyeSubspaces,
+        Self::LightSubspaces,
+        Self::NonFinite,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Radiance => "picture",
+            Self::Samples => "samples",
+            Self::Variance => "standard error",
+            Self::Error => "error against the reference",
+            Self::EyeSubspaces => "eye subspaces",
+            Self::LightSubspaces => "light subspaces",
+            Self::NonFinite => "non-finite samples",
+        }
+    }
+
+    /// What its colours mean.
+    pub fn legend(self) -> &'static str {
+        match self {
+            Self::Radiance => "",
+            Self::Samples => "violet none, yellow as many as any pixel has",
+            Self::Variance | Self::Error => heatmap::LEGEND,
+            Self::EyeSubspaces | Self::LightSubspaces => {
+                "a colour for each subspace; black where a ray meets nothing, or a light"
+            }
+            Self::NonFinite => "magenta where samples were NaN or infinite, and were left out",
+        }
+    }
+}
+
+/// How a picture is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    pub show: Show,
+    pub view: View,
+    /// Stops.
+    pub exposure: f32,
+}
+
+const MAGENTA: [u8; 3] = [255, 0, 255];
+
+/// The snapshot's picture, or what the look asks for in its place; `None` where that is not known (yet).
+pub fn image(snapshot: &Snapshot, look: &Look, reference: Option<&Picture>) -> Option<ColorImage> {
+    let picture = &*snapshot.picture;
+    let pixels: Vec<[u8; 3]> = match look.show {
+        Show::Radiance => return radiance(picture, look),
+        Show::Samples => {
+            let samples = picture.channel("samples", "Y")?;
+            let most = samples.iter().copied().fold(0.0, f32::max).max(1.0);
+            let color = |&count: &f32| heatmap::color(&VIRIDIS, f64::from(count / most));
+            samples.par_iter().map(color).collect()
+        }
+        Show::Variance => heatmap::colors(&standard_errors(picture)?),
+        Show::Error => heatmap::colors(&errors(picture, reference?)?),
+        Show::EyeSubspaces | Show::LightSubspaces => {
+            let side = usize::from(look.show == Show::LightSubspaces);
+            let all = snapshot.subspaces.as_ref()?;
+            let color = |seen: &crate::integrator::FirstSubspaces| {
+                false_color::label_pixel(seen.labels.map(|labels| labels[side]), 1.0)
+            };
+            all.par_iter().map(color).collect()
+        }
+        Show::NonFinite => {
+            let counts = snapshot.non_finite.as_ref()?;
+            let dim = Look { exposure: look.exposure - 2.0, ..*look };
+            let pixel = |(&rgb, &count): (&[f32; 3], &u64)| {
+                if count > 0 { MAGENTA } else { png::pixel(rgb, dim.view, dim.exposure) }
+            };
+            picture.rgb.par_iter().zip(counts.par_iter()).map(pixel).collect()
+        }
+    };
+    to_image(picture.width, picture.height, &pixels)
+}
+
+/// A picture as the look's view and exposure have it.
+pub fn radiance(picture: &Picture, look: &Look) -> Option<ColorImage> {
+    let pixel = |&rgb: &[f32; 3]| match rgb.iter().all(|value| value.is_finite()) {
+        true => png::pixel(rgb, look.view, look.exposure),
+        false => MAGENTA,
+    };
+    let pixels: Vec<[u8; 3]> = picture.rgb.par_iter().map(pixel).collect();
+    to_image(picture.width, picture.height, &pixels)
+}
+
+fn to_image(width: u32, height: u32, pixels: &[[u8; 3]]) -> Option<ColorImage> {
+    let size = [width as usize, height as usize];
+    let colors: Vec<Color32> = pixels.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
+    // What was wished for may be of another size than the picture, for a moment.
+    (!colors.is_empty() && colors.len() == size[0] * size[1]).then(|| ColorImage::new(size, colors))
+}
+
+/// Standard error of each pixel over its value, with a hundredth of the picture's mean added to that.
+fn standard_errors(picture: &Picture) -> Option<Vec<f64>> {
+    let channels = ["R", "G", "B"].map(|name| picture.channel("variance", name));
+    let [red, green, blue] = [channels[0]?, channels[1]?, channels[2]?];
+    let epsilon = 0.01 * mean(picture);
+    let relative = |(index, rgb): (usize, &[f32; 3])| {
+        let variance: f64 = [red, green, blue].iter().map(|channel| f64::from(channel[index])).sum();
+        3f64.sqrt() * variance.sqrt() / (sum(rgb) + 3.0 * epsilon).max(f64::MIN_POSITIVE)
+    };
+    Some(picture.rgb.iter().enumerate().map(relative).collect())
+}
+
+/// Absolute difference over the reference, with a hundredth of its mean added to that.
+fn errors(picture: &Picture, reference: &Picture) -> Option<Vec<f64>> {
+    if [picture.width, picture.height] != [reference.width, reference.height] {
+        return None;
+    }
+    let epsilon = 0.01 * mean(reference);
+    let relative = |(a, b): (&[f32; 3], &[f32; 3])| {
+        let difference: f64 = (0..3).map(|c| f64::from((a[c] - b[c]).abs())).sum();
+        difference / (sum(b) + 3.0 * epsilon).max(f64::MIN_POSITIVE)
+    };
+    Some(picture.rgb.iter().zip(&reference.rgb).map(relative).collect())
+}
+
+fn sum(rgb: &[f32; 3]) -> f64 {
+    rgb.iter().map(|&channel| f64::from(channel)).sum()
+}
+
+/// Of all channels of all pixels.
+fn mean(picture: &Picture) -> f64 {
+    picture.rgb.iter().map(sum).sum::<f64>() / (3 * picture.rgb.len()).max(1) as f64
+}

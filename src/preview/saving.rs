@@ -1,0 +1,71 @@
+//! Pictures to files.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::RenderError;
+use crate::film::{Attribute, exr, png};
+use crate::integrator::Method;
+use crate::render::{Origin, Renderer};
+
+use super::Settings;
+use super::snapshot::Snapshot;
+use super::worker::Save;
+
+/// The first of `name-1`, `name-2`, ... that no file has: nothing is ever overwritten.
+pub fn free_name(output: &Path) -> PathBuf {
+    let name = output.file_name().unwrap_or(std::ffi::OsStr::new("preview")).to_string_lossy();
+    let numbered = |number: u32| output.with_file_name(format!("{name}-{number}"));
+    let is_free = |base: &PathBuf| ["exr", "png", "model"].iter().all(|kind| !with(base, kind).exists());
+    (1..).map(numbered).find(is_free).unwrap_or_else(|| output.to_owned())
+}
+
+/// Adds an ending, also to names with a dot.
+fn with(base: &Path, kind: &str) -> PathBuf {
+    let mut name = base.as_os_str().to_owned();
+    name.push(format!(".{kind}"));
+    name.into()
+}
+
+/// Writes an EXR file with all layers, a PNG file of what the window shows, and what was learnt for it, and returns where.
+pub fn save(
+    settings: &Settings,
+    renderer: &mut Renderer,
+    method: Method,
+    save: &Save,
+) -> Result<Vec<PathBuf>, RenderError> {
+    let report = renderer.report()?;
+    let mut picture = renderer.picture()?;
+    picture.metadata = report.metadata(&Origin {
+        method,
+        seed: settings.options.seed,
+        scene_hash: renderer.scene_hash(),
+        device: settings.context.describe(),
+        command_line: settings.command_line.clone(),
+    });
+    picture.metadata.push(("cameraFlags".into(), Attribute::Text(save.camera_flags.clone())));
+    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&save.base, kind));
+    exr::write(&exr_path, &picture)?;
+    png::write(&png_path, &picture, save.view, save.exposure)?;
+    let mut paths = vec![exr_path, png_path];
+    if let Some(model) = &renderer.model {
+        let path = with(&save.base, "model");
+        model.save(&path).map_err(crate::error::DeviceError::from)?;
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+/// Writes what is left where the device is lost.
+pub fn rescue(settings: &Settings, snapshot: &Snapshot, save: &Save) -> Result<Vec<PathBuf>, RenderError> {
+    let mut picture = (*snapshot.picture).clone();
+    picture.metadata = vec![
+        ("integrator".into(), Attribute::Text(settings.methods[snapshot.slot].name().into())),
+        ("spp".into(), Attribute::Number(f64::from(snapshot.figures.samples))),
+        ("commandLine".into(), Attribute::Text(settings.command_line.clone())),
+        ("cameraFlags".into(), Attribute::Text(save.camera_flags.clone())),
+    ];
+    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&save.base, kind));
+    exr::write(&exr_path, &picture)?;
+    png::write(&png_path, &picture, save.view, save.exposure)?;
+    Ok(vec![exr_path, png_path])
+}

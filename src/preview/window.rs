@@ -1,0 +1,614 @@
+//! The window: events in, frames out.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use egui_wgpu::{RendererOptions, ScreenDescriptor};
+use winit::application::ApplicationHandler;
+use winit::dpi::LogicalSize;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Window, WindowId};
+
+use super::canvas::{self, Canvas};
+use super::controls::Navigator;
+use super::display::{self, Look, Show};
+use super::frames::Frames;
+use super::panel::{self, Action, Choices, Split, Status};
+use super::snapshot::Snapshot;
+use super::worker::{Event, Save, Wish, Worker};
+use super::{Settings, saving};
+use crate::device::Context;
+use crate::error::PreviewError;
+use crate::scene::Scene;
+
+/// Between two looks at files, at the terminal, and at how far work in the background is.
+const TICK: Duration = Duration::from_millis(250);
+/// A message is seen for so long.
+const MESSAGE: Duration = Duration::from_secs(8);
+/// After the last movement of a wheel or a key the camera counts as moving for so long.
+const COASTING: Duration = Duration::from_millis(150);
+const PANEL_WIDTH: f32 = 300.0;
+
+/// A connection to the desktop.
+pub struct Display(EventLoop<Wake>);
+
+/// The worker has something new.
+#[derive(Clone, Copy, Debug)]
+pub struct Wake;
+
+impl Display {
+    /// # Errors
+    /// There is no desktop.
+    pub fn open() -> Result<Self, PreviewError> {
+        let events = EventLoop::with_user_event().build().map_err(|error| {
+            // The library's message begins with a place in its own source.
+            let message = error.to_string();
+            let message = message.rsplit(": ").next().unwrap_or(&message).trim_end_matches('.').to_string();
+            PreviewError::NoDisplay { message }
+        })?;
+        Ok(Self(events))
+    }
+}
+
+/// Shows the window until it is closed, or `interrupted` says so; then saves the picture, and returns what to say.
+///
+/// # Errors
+/// A camera that is not there, a window that does not open, a lost device (after its last picture was saved).
+pub fn run(
+    display: Display,
+    settings: Settings,
+    interrupted: impl Fn() -> bool + 'static,
+) -> Result<(), PreviewError> {
+    let settings = Arc::new(settings);
+    let navigator = Navigator::new(&settings.scene, &settings.camera)?;
+    let mut app = App {
+        proxy: display.0.create_proxy(),
+        interrupted: Box::new(interrupted),
+        choices: Choices {
+            look: Look { show: Show::default(), view: settings.view, exposure: settings.exposure },
+            slot: settings.slot,
+            split: Split::None,
+            paused: false,
+            samples: settings.samples,
+            panel: true,
+        },
+        divider: 0.5,
+        scene: settings.scene.clone(),
+        navigator,
+        view: 0,
+        moving_until: Instant::now(),
+        held: false,
+        wish: None,
+        worker: None,
+        gui: None,
+        textures: Textures::default(),
+        frames: Frames::default(),
+        message: None,
+        saved: None,
+        watch: Watch::new(&settings),
+        next_frame: None,
+        end: None,
+        settings,
+    };
+    display.0.run_app(&mut app).map_err(|error| PreviewError::Window { message: error.to_string() })?;
+    app.close()
+}
+
+struct App {
+    settings: Arc<Settings>,
+    proxy: EventLoopProxy<Wake>,
+    interrupted: Box<dyn Fn() -> bool>,
+    choices: Choices,
+    divider: f32,
+    scene: Arc<Scene>,
+    navigator: Navigator,
+    /// Counts the camera's changes.
+    view: u64,
+    moving_until: Instant,
+    /// A button is held down on the picture.
+    held: bool,
+    /// What the worker was told last.
+    wish: Option<Wish>,
+    worker: Option<Worker>,
+    gui: Option<Gui>,
+    textures: Textures,
+    frames: Frames,
+    message: Option<(Instant, String)>,
+    /// Which picture was saved last: integrator, view, samples.
+    saved: Option<(usize, u64, u32)>,
+    watch: Watch,
+    /// When the interface wants to be drawn again.
+    next_frame: Option<Instant>,
+    end: Option<PreviewError>,
+}
+
+/// What draws.
+struct Gui {
+    window: Arc<Window>,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    context: egui::Context,
+    input: egui_winit::State,
+    renderer: egui_wgpu::Renderer,
+}
+
+/// Pictures on the device, with what they were made of.
+#[derive(Default)]
+struct Textures {
+    picture: Option<egui::TextureHandle>,
+    beside: Option<egui::TextureHandle>,
+    made_of: Option<(u64, Look, Split)>,
+}
+
+impl Gui {
+    fn new(events: &ActiveEventLoop, context: &Context, settings: &Settings) -> Result<Self, PreviewError> {
+        let fail = |message: String| PreviewError::Window { message };
+        let [width, height] = [settings.options.width, settings.options.height].map(f64::from);
+        // As large as the picture, within what desktops have.
+        let scale = (900.0 / width).min(700.0 / height).max(480.0 / width);
+        let size = LogicalSize::new(width * scale + f64::from(PANEL_WIDTH), (height * scale).max(560.0));
+        let attributes = Window::default_attributes()
+            .with_title(format!("{} - Halfway", settings.title))
+            .with_inner_size(size);
+        let window = Arc::new(events.create_window(attributes).map_err(|error| fail(error.to_string()))?);
+        let surface = context.instance.create_surface(window.clone()).map_err(|e| fail(e.to_string()))?;
+        let pixels = window.inner_size();
+        let mut config = surface
+            .get_default_config(&context.adapter, pixels.width.max(1), pixels.height.max(1))
+            .ok_or_else(|| fail(format!("{} cannot draw into windows of this desktop", context.info.name)))?;
+        // The interface's colours are sRGB already.
+        let formats = surface.get_capabilities(&context.adapter).formats;
+        let plain = [wgpu::TextureFormat::Bgra8Unorm, wgpu::TextureFormat::Rgba8Unorm];
+        if let Some(format) = plain.into_iter().find(|format| formats.contains(format)) {
+            config.format = format;
+        }
+        config.present_mode = wgpu::PresentMode::AutoVsync;
+        surface.configure(&context.device, &config);
+        let renderer = egui_wgpu::Renderer::new(&context.device, config.format, RendererOptions::default());
+        let gui = egui::Context::default();
+        gui.set_theme(egui::Theme::Dark);
+        let most = context.device.limits().max_texture_dimension_2d as usize;
+        let id = egui::ViewportId::ROOT;
+        let scale = Some(window.scale_factor() as f32);
+        let input = egui_winit::State::new(gui.clone(), id, &window, scale, None, Some(most));
+        Ok(Self { window, surface, config, context: gui, input, renderer })
+    }
+
+    fn resize(&mut self, context: &Context, width: u32, height: u32) {
+        if width > 0 && height > 0 && [width, height] != [self.config.width, self.config.height] {
+            (self.config.width, self.config.height) = (width, height);
+            self.surface.configure(&context.device, &self.config);
+        }
+    }
+
+    /// Draws what the interface made.
+    fn paint(&mut self, context: &Context, mut output: egui::FullOutput) {
+        use wgpu::CurrentSurfaceTexture as Current;
+        let jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
+        for (id, deltas) in &output.textures_delta.set {
+            for delta in deltas {
+                self.renderer.update_texture(&context.device, &context.queue, *id, delta);
+            }
+        }
+        let frame = match self.surface.get_current_texture() {
+            Current::Success(frame) | Current::Suboptimal(frame) => Some(frame),
+            Current::Outdated | Current::Lost => {
+                self.surface.configure(&context.device, &self.config);
+                self.window.request_redraw();
+                None
+            }
+            Current::Timeout | Current::Occluded | Current::Validation => None,
+        };
+        if let Some(frame) = frame {
+            let view = frame.texture.create_view(&Default::default());
+            let mut encoder = context.device.create_command_encoder(&Default::default());
+            let screen = ScreenDescriptor {
+                size_in_pixels: [self.config.width, self.config.height],
+                pixels_per_point: output.pixels_per_point,
+            };
+            let (device, queue) = (&context.device, &context.queue);
+            let mut commands = self.renderer.update_buffers(device, queue, &mut encoder, &jobs, &screen);
+            let attachment = wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            };
+            let descriptor = wgpu::RenderPassDescriptor {
+                label: Some("window"),
+                color_attachments: &[Some(attachment)],
+                ..Default::default()
+            };
+            let mut pass = encoder.begin_render_pass(&descriptor).forget_lifetime();
+            self.renderer.render(&mut pass, &jobs, &screen);
+            drop(pass);
+            commands.push(encoder.finish());
+            context.queue.submit(commands);
+            self.window.pre_present_notify();
+            context.queue.present(frame);
+        }
+        for id in &output.textures_delta.free {
+            self.renderer.free_texture(id);
+        }
+        output.textures_delta.clear();
+    }
+}
+
+impl ApplicationHandler<Wake> for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.gui.is_some() {
+            return;
+        }
+        match Gui::new(events, &self.settings.context, &self.settings).and_then(|gui| {
+            self.gui = Some(gui);
+            self.begin()
+        }) {
+            Ok(()) => {}
+            Err(error) => {
+                self.end = Some(error);
+                events.exit();
+            }
+        }
+    }
+
+    fn user_event(&mut self, events: &ActiveEventLoop, _: Wake) {
+        self.hear(events);
+        self.redraw();
+    }
+
+    fn new_events(&mut self, events: &ActiveEventLoop, cause: StartCause) {
+        if (self.interrupted)() {
+            events.exit();
+        }
+        if let StartCause::ResumeTimeReached { .. } = cause {
+            self.tick();
+            if self.next_frame.is_some_and(|due| due <= Instant::now()) {
+                self.redraw();
+            }
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let tick = Instant::now() + TICK;
+        events.set_control_flow(ControlFlow::WaitUntil(self.next_frame.map_or(tick, |due| due.min(tick))));
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if let WindowEvent::RedrawRequested = event {
+            return self.frame(events);
+        }
+        let Some(gui) = &mut self.gui else { return };
+        let response = gui.input.on_window_event(&gui.window, &event);
+        if response.repaint {
+            gui.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::Resized(size) => {
+                gui.resize(&self.settings.context, size.width, size.height);
+                gui.window.request_redraw();
+            }
+            _ => {}
+        }
+    }
+}
+
+impl App {
+    fn begin(&mut self) -> Result<(), PreviewError> {
+        let wish = self.wanted();
+        let proxy = self.proxy.clone();
+        // A window that is gone hears nothing.
+        let notify = move || {
+            let _ = proxy.send_event(Wake);
+        };
+        self.worker = Some(Worker::new(self.settings.clone(), wish.clone(), notify)?);
+        self.wish = Some(wish);
+        Ok(())
+    }
+
+    fn redraw(&self) {
+        if let Some(gui) = &self.gui {
+            gui.window.request_redraw();
+        }
+    }
+
+    fn say(&mut self, message: String) {
+        self.message = Some((Instant::now(), message));
+    }
+
+    /// What happens now and then.
+    fn tick(&mut self) {
+        if self.watch.has_changed() {
+            self.say("the scene has changed on disk: it is loaded anew".into());
+            if let Some(worker) = &self.worker {
+                worker.reload();
+            }
+        }
+        self.tell();
+        if self.message.as_ref().is_some_and(|(since, _)| since.elapsed() > MESSAGE) {
+            self.message = None;
+            self.redraw();
+        }
+    }
+
+    /// Takes what the worker says.
+    fn hear(&mut self, events: &ActiveEventLoop) {
+        while let Some(event) = self.worker.as_ref().and_then(Worker::event) {
+            match event {
+                Event::Loaded(loaded) => self.take_scene(loaded),
+                Event::Lost(message) => {
+                    self.end = Some(PreviewError::Lost { message });
+                    events.exit();
+                }
+                event => self.report(event),
+            }
+        }
+    }
+
+    fn report(&mut self, event: Event) {
+        match event {
+            Event::Saved(saved) => {
+                self.saved = Some((saved.slot, saved.view, saved.samples));
+                let names: Vec<String> = saved.paths.iter().map(|path| path.display().to_string()).collect();
+                names.iter().for_each(|name| println!("{name}"));
+                self.say(format!("saved: {}", names.join(", ")));
+            }
+            Event::Failed(message) => {
+                eprintln!("error: {message}");
+                self.say(message);
+            }
+            Event::Loaded(_) | Event::Lost(_) => {}
+        }
+    }
+
+    /// Looks at a scene that was loaded anew from where one looked at the last.
+    fn take_scene(&mut self, loaded: Arc<Scene>) {
+        if Arc::ptr_eq(&loaded, &self.scene) {
+            return;
+        }
+        let same = Navigator::new(&loaded, &self.navigator.args());
+        match same.or_else(|_| Navigator::new(&loaded, &self.settings.camera)) {
+            Ok(navigator) => {
+                self.navigator = navigator;
+                self.view += 1;
+            }
+            Err(error) => self.say(error.to_string()),
+        }
+        self.scene = loaded;
+        self.tell();
+    }
+
+    fn wanted(&self) -> Wish {
+        Wish {
+            camera: self.navigator.camera(),
+            view: self.view,
+            moving: self.held || Instant::now() < self.moving_until,
+            slot: self.choices.slot,
+            beside: match self.choices.split {
+                Split::Slot(slot) => Some(slot),
+                Split::None | Split::Reference => None,
+            },
+            paused: self.choices.paused,
+            samples: self.choices.samples,
+            subspaces: matches!(self.choices.look.show, Show::EyeSubspaces | Show::LightSubspaces),
+            non_finite: self.choices.look.show == Show::NonFinite,
+        }
+    }
+
+    /// Tells the worker what is wanted, where that has changed.
+    fn tell(&mut self) {
+        let (wish, Some(worker)) = (self.wanted(), &self.worker) else { return };
+        let moved = self.wish.as_ref().is_some_and(|old| old.view != wish.view);
+        if self.wish.as_ref() != Some(&wish) {
+            worker.wish(wish.clone(), moved);
+            self.wish = Some(wish);
+        }
+    }
+
+    fn frame(&mut self, events: &ActiveEventLoop) {
+        let start = Instant::now();
+        self.hear(events);
+        let (Some(mut gui), Some(worker)) = (self.gui.take(), &self.worker) else { return };
+        let snapshot = worker.snapshot();
+        self.update_textures(&gui, &snapshot);
+        let input = gui.input.take_egui_input(&gui.window);
+        let context = gui.context.clone();
+        let mut actions = Vec::new();
+        let output = context.run_ui(input, |ui| actions = self.interface(ui, &snapshot));
+        for action in actions {
+            self.act(&gui, action);
+        }
+        self.tell();
+        let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+        self.next_frame = delay.and_then(|delay| Instant::now().checked_add(delay));
+        if delay == Some(Duration::ZERO) {
+            gui.window.request_redraw();
+            self.next_frame = None;
+        }
+        gui.input.handle_platform_output(&gui.window, output.platform_output.clone());
+        gui.paint(&self.settings.context, output);
+        self.gui = Some(gui);
+        self.frames.add(start.elapsed());
+    }
+
+    fn interface(&mut self, ui: &mut egui::Ui, snapshot: &Snapshot) -> Vec<Action> {
+        let settings = self.settings.clone();
+        let mut actions = panel::keys(ui, &mut self.choices, settings.reference.is_some());
+        if self.choices.panel {
+            let status = Status {
+                settings: &settings,
+                snapshot,
+                frames: self.frames.summary(),
+                message: self.message.as_ref().map(|(_, message)| message.as_str()),
+            };
+            let panel = egui::Panel::right("panel").default_size(PANEL_WIDTH);
+            let shown = panel.show(ui, |ui| panel::show(ui, &status, &mut self.choices));
+            actions.extend(shown.inner);
+        }
+        let names = settings.methods.map(|method| method.name());
+        let beside = self.textures.beside.as_ref().filter(|_| snapshot.view == self.view);
+        let canvas = Canvas {
+            picture: self.textures.picture.as_ref(),
+            waiting: snapshot.figures.making.as_ref().map_or("", |making| making.what.as_str()),
+            beside: beside.map(|texture| {
+                let name = match self.choices.split {
+                    Split::Slot(slot) => names[slot],
+                    Split::None | Split::Reference => "reference",
+                };
+                (texture, [names[snapshot.slot].to_string(), name.to_string()])
+            }),
+            aspect: settings.options.width as f32 / settings.options.height as f32,
+        };
+        let (navigator, divider) = (&mut self.navigator, &mut self.divider);
+        let scene = &self.scene;
+        let frame = egui::CentralPanel::no_frame();
+        let motion = frame.show(ui, |ui| canvas::show(ui, &canvas, navigator, divider, scene)).inner;
+        self.held = motion.held;
+        if motion.moved {
+            self.view += 1;
+            self.moving_until = Instant::now() + COASTING;
+        }
+        actions
+    }
+
+    fn act(&mut self, gui: &Gui, action: Action) {
+        match action {
+            Action::Save => {
+                let save = self.save();
+                if let Some(worker) = &self.worker {
+                    worker.save(save);
+                }
+            }
+            Action::Restart => {
+                if let Some(worker) = &self.worker {
+                    worker.restart();
+                }
+            }
+            Action::CopyCamera => {
+                let flags = self.navigator.flags();
+                gui.context.copy_text(flags.clone());
+                println!("{flags}");
+                self.say(format!("copied: {flags}"));
+            }
+            Action::FrameAll => {
+                let options = &self.settings.options;
+                self.navigator.frame_all(f64::from(options.width) / f64::from(options.height));
+                self.view += 1;
+            }
+            Action::ResetCamera => {
+                self.navigator.reset();
+                self.view += 1;
+            }
+        }
+    }
+
+    fn save(&self) -> Save {
+        Save {
+            base: saving::free_name(&self.settings.output),
+            view: self.choices.look.view,
+            exposure: self.choices.look.exposure,
+            camera_flags: self.navigator.flags(),
+        }
+    }
+
+    fn update_textures(&mut self, gui: &Gui, snapshot: &Snapshot) {
+        let made_of = (snapshot.number, self.choices.look, self.choices.split);
+        if self.textures.made_of == Some(made_of) || snapshot.picture.rgb.is_empty() {
+            return;
+        }
+        let look = &self.choices.look;
+        let reference = self.settings.reference.as_ref();
+        let image =
+            display::image(snapshot, look, reference).or_else(|| display::radiance(&snapshot.picture, look));
+        let beside = match self.choices.split {
+            Split::None => None,
+            Split::Reference => reference.and_then(|picture| display::radiance(picture, look)),
+            Split::Slot(_) => snapshot.beside.as_ref().and_then(|picture| display::radiance(picture, look)),
+        };
+        let textures = &mut self.textures;
+        for (texture, image, name) in
+            [(&mut textures.picture, image, "picture"), (&mut textures.beside, beside, "beside")]
+        {
+            let options = egui::TextureOptions {
+                magnification: egui::TextureFilter::Nearest,
+                ..egui::TextureOptions::LINEAR
+            };
+            match (texture.as_mut(), image) {
+                (Some(texture), Some(image)) => texture.set(image, options),
+                (None, Some(image)) => *texture = Some(gui.context.load_texture(name, image, options)),
+                (_, None) => *texture = None,
+            }
+        }
+        textures.made_of = Some(made_of);
+    }
+
+    /// Saves what is not saved yet, and says how it went.
+    fn close(mut self) -> Result<(), PreviewError> {
+        let Some(worker) = self.worker.take() else {
+            return Err(self.end.unwrap_or(PreviewError::NeverOpened));
+        };
+        // The window goes first: nobody has to look at one that does not answer.
+        let save = self.save();
+        self.gui = None;
+        let snapshot = worker.snapshot();
+        let seen = (snapshot.slot, snapshot.view, snapshot.figures.samples);
+        let unsaved = snapshot.figures.samples > 0 && self.saved != Some(seen);
+        if unsaved && self.end.is_none() {
+            worker.save(save.clone());
+        }
+        let before = self.saved;
+        for event in worker.finish() {
+            match event {
+                Event::Lost(message) => self.end = Some(PreviewError::Lost { message }),
+                event => self.report(event),
+            }
+        }
+        // A device that is lost cannot be asked for its picture any more: what was seen last is still here.
+        if unsaved && self.saved == before {
+            for path in saving::rescue(&self.settings, &snapshot, &save)? {
+                println!("{}", path.display());
+            }
+        }
+        eprintln!("{}", self.frames.summary());
+        self.end.map_or(Ok(()), Err)
+    }
+}
+
+/// Files that are looked at now and then.
+struct Watch {
+    settings: Arc<Settings>,
+    seen: Vec<Option<(SystemTime, u64)>>,
+    /// Has changed, and may change again: files are written in pieces.
+    unsettled: bool,
+}
+
+impl Watch {
+    fn new(settings: &Arc<Settings>) -> Self {
+        let mut watch = Self { settings: settings.clone(), seen: Vec::new(), unsettled: false };
+        watch.seen = watch.look();
+        watch
+    }
+
+    fn look(&self) -> Vec<Option<(SystemTime, u64)>> {
+        let state = |path: &std::path::PathBuf| {
+            let data = std::fs::metadata(path).ok()?;
+            Some((data.modified().ok()?, data.len()))
+        };
+        self.settings.files.iter().map(state).collect()
+    }
+
+    /// True once after each change, when the files are all there and have kept still since the last look.
+    fn has_changed(&mut self) -> bool {
+        let now = self.look();
+        let same = now == self.seen;
+        let whole = now.iter().all(Option::is_some);
+        let changed = self.unsettled && same && whole;
+        self.unsettled = !changed && (self.unsettled || !same);
+        self.seen = now;
+        changed
+    }
+}
