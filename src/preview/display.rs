@@ -3,6 +3,7 @@
 use egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
+use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::heatmap::{self, VIRIDIS};
 use crate::film::tonemap::View;
 use crate::film::{Picture, false_color, png};
@@ -82,6 +83,8 @@ pub fn image(snapshot: &Snapshot, look: &Look, reference: Option<&Picture>) -> O
             let color = |&count: &f32| heatmap::color(&VIRIDIS, f64::from(count / most));
             samples.par_iter().map(color).collect()
         }
+        // Two groups of samples know how far apart they are.
+        Show::Variance if snapshot.figures.samples < 2 * SAMPLES_A_GROUP => return None,
         Show::Variance => heatmap::colors(&standard_errors(picture)?),
         Show::Error => heatmap::colors(&errors(picture, reference?)?),
         Show::EyeSubspaces | Show::LightSubspaces => {

@@ -2,6 +2,7 @@
 
 use egui::{Color32, DragValue, Grid, Pos2, RichText, ScrollArea, Sense, Slider, Stroke, Ui, Vec2};
 
+use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::tonemap::View;
 use crate::math::curve;
 
@@ -74,26 +75,22 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
         if pressed(Key::C) && !flies {
             actions.push(Action::CopyCamera);
         }
-        if pressed(Key::Space) {
-            choices.paused = !choices.paused;
-        }
-        if pressed(Key::H) && !flies {
-            choices.look.show = next(&Show::ALL, choices.look.show);
-            if choices.look.show == Show::Error && !has_reference {
+        // A slow frame may have several of a key.
+        let times = |key| if input.modifiers.command { 0 } else { input.num_presses(key) };
+        choices.paused ^= times(Key::Space) % 2 == 1;
+        choices.panel ^= times(Key::Tab) % 2 == 1;
+        let steps = (times(Key::Plus) + times(Key::Equals)) as f32 - times(Key::Minus) as f32;
+        choices.look.exposure += 0.5 * steps;
+        if !flies {
+            for _ in 0..times(Key::H) {
                 choices.look.show = next(&Show::ALL, choices.look.show);
+                if choices.look.show == Show::Error && !has_reference {
+                    choices.look.show = next(&Show::ALL, choices.look.show);
+                }
             }
-        }
-        if pressed(Key::V) && !flies {
-            choices.look.view = next(&[View::Neutral, View::Srgb, View::Agx], choices.look.view);
-        }
-        if pressed(Key::Tab) {
-            choices.panel = !choices.panel;
-        }
-        if pressed(Key::Plus) || pressed(Key::Equals) {
-            choices.look.exposure += 0.5;
-        }
-        if pressed(Key::Minus) {
-            choices.look.exposure -= 0.5;
+            for _ in 0..times(Key::V) {
+                choices.look.view = next(&[View::Neutral, View::Srgb, View::Agx], choices.look.view);
+            }
         }
     });
     actions
@@ -223,6 +220,9 @@ fn look(ui: &mut Ui, status: &Status, choices: &mut Choices) {
     });
     if !look.show.legend().is_empty() {
         ui.label(RichText::new(look.show.legend()).small().weak());
+    }
+    if look.show == Show::Variance && status.snapshot.figures.samples < 2 * SAMPLES_A_GROUP {
+        ui.label(RichText::new(format!("known from {} samples on", 2 * SAMPLES_A_GROUP)).small());
     }
     if matches!(look.show, Show::EyeSubspaces | Show::LightSubspaces) && status.snapshot.subspaces.is_none() {
         ui.label(RichText::new("only spcbpt has subspaces, once it has learnt").small());

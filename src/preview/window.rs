@@ -1,5 +1,6 @@
 //! The window: events in, frames out.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -91,7 +92,16 @@ pub fn run(
         end: None,
         settings,
     };
-    display.0.run_app(&mut app).map_err(|error| PreviewError::Window { message: error.to_string() })?;
+    // The library panics where its window is destroyed by others: what there is to be seen is saved all the same.
+    let shown = catch_unwind(AssertUnwindSafe(|| display.0.run_app(&mut app)));
+    let problem = match shown {
+        Ok(Ok(())) => None,
+        Ok(Err(error)) => Some(error.to_string()),
+        Err(_) => Some("it was destroyed by others".into()),
+    };
+    if let Some(message) = problem {
+        app.end.get_or_insert(PreviewError::Window { message });
+    }
     app.close()
 }
 
@@ -557,7 +567,7 @@ impl App {
         let snapshot = worker.snapshot();
         let seen = (snapshot.slot, snapshot.view, snapshot.figures.samples);
         let unsaved = snapshot.figures.samples > 0 && self.saved != Some(seen);
-        if unsaved && self.end.is_none() {
+        if unsaved && !matches!(self.end, Some(PreviewError::Lost { .. })) {
             worker.save(save.clone());
         }
         let before = self.saved;

@@ -7,11 +7,13 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::device::layout::SAMPLES_A_GROUP;
 use crate::error::{DeviceError, RenderError};
 use crate::film::tonemap::View;
 use crate::integrator::{Courtesy, Method, When};
 use crate::render::{RenderOptions, Uploaded};
 use crate::scene::{Camera, Scene};
+use crate::subspace::Model;
 
 use super::builder::{Builder, Built, Failure};
 use super::film::{Aim, Film};
@@ -219,7 +221,7 @@ struct Work {
     /// What it was told of it last.
     making: Option<Making>,
     /// A model for the view of now, and its loss over that of the one before, to be used between groups.
-    lesson: Option<(usize, Arc<crate::subspace::Model>, f64)>,
+    lesson: Option<(usize, Arc<Model>, f64)>,
     /// Whose picture is seen: another's than was wished for, as long as that is not made.
     shown: usize,
     saves: Vec<Save>,
@@ -454,14 +456,14 @@ impl Work {
         film.aim(&aim, if keeps { film.divisor } else { divisor })?;
         let mut most = limit.map_or(u32::MAX, |limit| limit.saturating_sub(film.renderer.samples()).max(1));
         if self.lesson.as_ref().is_some_and(|lesson| lesson.0 == slot) {
-            let in_group = film.renderer.samples() % crate::device::layout::SAMPLES_A_GROUP;
+            let in_group = film.renderer.samples() % SAMPLES_A_GROUP;
             if in_group == 0 {
                 if let Some((_, model, loss)) = self.lesson.take() {
                     film.renderer.connect_by(model)?;
                     film.renderer.weigh_earlier(loss);
                 }
             } else {
-                most = most.min(crate::device::layout::SAMPLES_A_GROUP - in_group);
+                most = most.min(SAMPLES_A_GROUP - in_group);
             }
         }
         film.step(STEP, most)?;
