@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Layers, top may use lower, never the reverse:
-//! `main`, `cli` > `render` > `integrator` > `subspace`, `film` > `device` > `accel` > `scene` > `math`.
+//! `main`, `cli`, `preview` > `render` > `integrator` > `subspace`, `film` > `device` > `accel` > `scene` > `math`.
 
 pub mod accel;
 pub mod cli;

@@ -37,6 +37,7 @@ pub enum Action {
     CopyCamera,
     FrameAll,
     ResetCamera,
+    Close,
 }
 
 /// What the panel tells besides.
@@ -69,8 +70,10 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
                 actions.push(action);
             }
         }
-        if input.modifiers.command && input.key_pressed(Key::S) {
-            actions.push(Action::Save);
+        for (key, action) in [(Key::S, Action::Save), (Key::Q, Action::Close)] {
+            if input.modifiers.command && input.key_pressed(key) {
+                actions.push(action);
+            }
         }
         if pressed(Key::C) && !flies {
             actions.push(Action::CopyCamera);
@@ -159,7 +162,7 @@ pub fn show(ui: &mut Ui, status: &Status, choices: &mut Choices) -> Vec<Action> 
 const KEYS: &str = "left drag: orbit\nmiddle drag, or shift and left: pan\nwheel: dolly\nright drag: look around, and fly by \
                     WASDQE (shift: fast)\nF: frame all, Home: the scene's camera\n1 to 5: integrator\nH: next heat map\nV: \
                     next view transform\n+ and -: exposure\nspace: pause, R: restart\nCtrl+S: save, C: copy the camera\nTab: \
-                    this panel";
+                    this panel, Ctrl+Q: save and close";
 
 fn integrators(ui: &mut Ui, status: &Status, choices: &mut Choices) {
     let names: [&str; SLOTS] = status.settings.methods.map(|method| method.name());

@@ -364,8 +364,10 @@ impl App {
             Event::Saved(saved) => {
                 self.saved = Some((saved.slot, saved.view, saved.samples));
                 let names: Vec<String> = saved.paths.iter().map(|path| path.display().to_string()).collect();
+                let method = self.settings.methods[saved.slot].name();
                 names.iter().for_each(|name| println!("{name}"));
-                self.say(format!("saved: {}", names.join(", ")));
+                eprintln!("saved: {method}, {} spp", saved.samples);
+                self.say(format!("saved: {method}, {} spp: {}", saved.samples, names.join(", ")));
             }
             Event::Failed(message) => {
                 eprintln!("error: {message}");
@@ -430,7 +432,7 @@ impl App {
         let mut actions = Vec::new();
         let output = context.run_ui(input, |ui| actions = self.interface(ui, &snapshot));
         for action in actions {
-            self.act(&gui, action);
+            self.act(events, &gui, action);
         }
         self.tell();
         let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
@@ -485,8 +487,9 @@ impl App {
         actions
     }
 
-    fn act(&mut self, gui: &Gui, action: Action) {
+    fn act(&mut self, events: &ActiveEventLoop, gui: &Gui, action: Action) {
         match action {
+            Action::Close => events.exit(),
             Action::Save => {
                 let save = self.save();
                 if let Some(worker) = &self.worker {

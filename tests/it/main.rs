@@ -37,6 +37,8 @@ mod metamorphic;
 mod metric;
 mod online;
 mod point_sets;
+#[cfg(feature = "preview")]
+mod preview;
 mod public_scenes;
 mod quadrature;
 mod random;
