@@ -14,9 +14,11 @@ pub mod controls;
 mod display;
 mod film;
 mod frames;
+mod gui;
 mod panel;
 mod saving;
 pub mod snapshot;
+mod watch;
 mod window;
 pub mod worker;
 

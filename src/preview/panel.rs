@@ -10,6 +10,9 @@ use super::display::{Look, Show};
 use super::snapshot::{Figures, Snapshot};
 use super::{SLOTS, Settings};
 
+/// Points.
+pub const WIDTH: f32 = 300.0;
+
 /// What is seen in the right part of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Split {

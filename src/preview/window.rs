@@ -2,24 +2,23 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
-use egui_wgpu::{RendererOptions, ScreenDescriptor};
 use winit::application::ApplicationHandler;
-use winit::dpi::LogicalSize;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Window, WindowId};
+use winit::window::WindowId;
 
 use super::canvas::{self, Canvas};
 use super::controls::Navigator;
 use super::display::{self, Look, Show};
 use super::frames::Frames;
+use super::gui::Gui;
 use super::panel::{self, Action, Choices, Split, Status};
 use super::snapshot::Snapshot;
+use super::watch::Watch;
 use super::worker::{Event, Save, Wish, Worker};
 use super::{Settings, saving};
-use crate::device::Context;
 use crate::error::PreviewError;
 use crate::scene::Scene;
 
@@ -29,7 +28,6 @@ const TICK: Duration = Duration::from_millis(250);
 const MESSAGE: Duration = Duration::from_secs(8);
 /// After the last movement of a wheel or a key the camera counts as moving for so long.
 const COASTING: Duration = Duration::from_millis(150);
-const PANEL_WIDTH: f32 = 300.0;
 
 /// A connection to the desktop.
 pub struct Display(EventLoop<Wake>);
@@ -133,119 +131,12 @@ struct App {
     end: Option<PreviewError>,
 }
 
-/// What draws.
-struct Gui {
-    window: Arc<Window>,
-    surface: wgpu::Surface<'static>,
-    config: wgpu::SurfaceConfiguration,
-    context: egui::Context,
-    input: egui_winit::State,
-    renderer: egui_wgpu::Renderer,
-}
-
 /// Pictures on the device, with what they were made of.
 #[derive(Default)]
 struct Textures {
     picture: Option<egui::TextureHandle>,
     beside: Option<egui::TextureHandle>,
     made_of: Option<(u64, Look, Split)>,
-}
-
-impl Gui {
-    fn new(events: &ActiveEventLoop, context: &Context, settings: &Settings) -> Result<Self, PreviewError> {
-        let fail = |message: String| PreviewError::Window { message };
-        let [width, height] = [settings.options.width, settings.options.height].map(f64::from);
-        // As large as the picture, within what desktops have.
-        let scale = (900.0 / width).min(700.0 / height).max(480.0 / width);
-        let size = LogicalSize::new(width * scale + f64::from(PANEL_WIDTH), (height * scale).max(560.0));
-        let attributes = Window::default_attributes()
-            .with_title(format!("{} - Halfway", settings.title))
-            .with_inner_size(size);
-        let window = Arc::new(events.create_window(attributes).map_err(|error| fail(error.to_string()))?);
-        let surface = context.instance.create_surface(window.clone()).map_err(|e| fail(e.to_string()))?;
-        let pixels = window.inner_size();
-        let mut config = surface
-            .get_default_config(&context.adapter, pixels.width.max(1), pixels.height.max(1))
-            .ok_or_else(|| fail(format!("{} cannot draw into windows of this desktop", context.info.name)))?;
-        // The interface's colours are sRGB already.
-        let formats = surface.get_capabilities(&context.adapter).formats;
-        let plain = [wgpu::TextureFormat::Bgra8Unorm, wgpu::TextureFormat::Rgba8Unorm];
-        if let Some(format) = plain.into_iter().find(|format| formats.contains(format)) {
-            config.format = format;
-        }
-        config.present_mode = wgpu::PresentMode::AutoVsync;
-        surface.configure(&context.device, &config);
-        let renderer = egui_wgpu::Renderer::new(&context.device, config.format, RendererOptions::default());
-        let gui = egui::Context::default();
-        gui.set_theme(egui::Theme::Dark);
-        let most = context.device.limits().max_texture_dimension_2d as usize;
-        let id = egui::ViewportId::ROOT;
-        let scale = Some(window.scale_factor() as f32);
-        let input = egui_winit::State::new(gui.clone(), id, &window, scale, None, Some(most));
-        Ok(Self { window, surface, config, context: gui, input, renderer })
-    }
-
-    fn resize(&mut self, context: &Context, width: u32, height: u32) {
-        if width > 0 && height > 0 && [width, height] != [self.config.width, self.config.height] {
-            (self.config.width, self.config.height) = (width, height);
-            self.surface.configure(&context.device, &self.config);
-        }
-    }
-
-    /// Draws what the interface made.
-    fn paint(&mut self, context: &Context, mut output: egui::FullOutput) {
-        use wgpu::CurrentSurfaceTexture as Current;
-        let jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
-        for (id, deltas) in &output.textures_delta.set {
-            for delta in deltas {
-                self.renderer.update_texture(&context.device, &context.queue, *id, delta);
-            }
-        }
-        let frame = match self.surface.get_current_texture() {
-            Current::Success(frame) | Current::Suboptimal(frame) => Some(frame),
-            Current::Outdated | Current::Lost => {
-                self.surface.configure(&context.device, &self.config);
-                self.window.request_redraw();
-                None
-            }
-            Current::Timeout | Current::Occluded | Current::Validation => None,
-        };
-        if let Some(frame) = frame {
-            let view = frame.texture.create_view(&Default::default());
-            let mut encoder = context.device.create_command_encoder(&Default::default());
-            let screen = ScreenDescriptor {
-                size_in_pixels: [self.config.width, self.config.height],
-                pixels_per_point: output.pixels_per_point,
-            };
-            let (device, queue) = (&context.device, &context.queue);
-            let mut commands = self.renderer.update_buffers(device, queue, &mut encoder, &jobs, &screen);
-            let attachment = wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
-            };
-            let descriptor = wgpu::RenderPassDescriptor {
-                label: Some("window"),
-                color_attachments: &[Some(attachment)],
-                ..Default::default()
-            };
-            let mut pass = encoder.begin_render_pass(&descriptor).forget_lifetime();
-            self.renderer.render(&mut pass, &jobs, &screen);
-            drop(pass);
-            commands.push(encoder.finish());
-            context.queue.submit(commands);
-            self.window.pre_present_notify();
-            context.queue.present(frame);
-        }
-        for id in &output.textures_delta.free {
-            self.renderer.free_texture(id);
-        }
-        output.textures_delta.clear();
-    }
 }
 
 impl ApplicationHandler<Wake> for App {
@@ -457,7 +348,7 @@ impl App {
                 frames: self.frames.summary(),
                 message: self.message.as_ref().map(|(_, message)| message.as_str()),
             };
-            let panel = egui::Panel::right("panel").default_size(PANEL_WIDTH);
+            let panel = egui::Panel::right("panel").default_size(panel::WIDTH);
             let shown = panel.show(ui, |ui| panel::show(ui, &status, &mut self.choices));
             actions.extend(shown.inner);
         }
@@ -588,40 +479,5 @@ impl App {
         }
         eprintln!("{}", self.frames.summary());
         self.end.map_or(Ok(()), Err)
-    }
-}
-
-/// Files that are looked at now and then.
-struct Watch {
-    settings: Arc<Settings>,
-    seen: Vec<Option<(SystemTime, u64)>>,
-    /// Has changed, and may change again: files are written in pieces.
-    unsettled: bool,
-}
-
-impl Watch {
-    fn new(settings: &Arc<Settings>) -> Self {
-        let mut watch = Self { settings: settings.clone(), seen: Vec::new(), unsettled: false };
-        watch.seen = watch.look();
-        watch
-    }
-
-    fn look(&self) -> Vec<Option<(SystemTime, u64)>> {
-        let state = |path: &std::path::PathBuf| {
-            let data = std::fs::metadata(path).ok()?;
-            Some((data.modified().ok()?, data.len()))
-        };
-        self.settings.files.iter().map(state).collect()
-    }
-
-    /// True once after each change, when the files are all there and have kept still since the last look.
-    fn has_changed(&mut self) -> bool {
-        let now = self.look();
-        let same = now == self.seen;
-        let whole = now.iter().all(Option::is_some);
-        let changed = self.unsettled && same && whole;
-        self.unsettled = !changed && (self.unsettled || !same);
-        self.seen = now;
-        changed
     }
 }
