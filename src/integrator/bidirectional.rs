@@ -330,6 +330,7 @@ impl Bidirectional {
             if self.capacity == 0 || counts.light_vertices <= self.capacity {
                 break counts;
             }
+            self.wavefront.light_counts.cache_overflows += 1;
             // Once more with room for all; what went to the camera has arrived there.
             self.make_cache(context, u64::from(counts.light_vertices) * 5 / 4)?;
             purpose = Light::Cache;

@@ -35,7 +35,8 @@ pub(super) fn train(
     lesson: &Lesson,
     go_on: impl FnMut(Learning) -> Result<(), RenderError>,
 ) -> Result<Trained, RenderError> {
-    Course::begin(lesson)?.run(lesson, false, go_on)
+    // Who knew something before wants to know whether this is better.
+    Course::begin(lesson)?.run(lesson, lesson.known().is_some(), go_on)
 }
 
 /// A lesson comes when there is twice as much to learn from as for the last.

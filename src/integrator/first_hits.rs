@@ -26,6 +26,9 @@ impl Wavefront {
                 record(&mut encoder, &mut None, first_hit, Extent::Count(batch.pixel_count));
             }
             context.queue.submit([encoder.finish()]);
+            if self.courtesy.is_some() {
+                context.wait()?;
+            }
         }
         self.timing = timing;
         self.aside += total(self.counts(context)?.closest_total) - before;

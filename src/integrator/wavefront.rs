@@ -40,6 +40,8 @@ pub struct RayCounts {
     pub light_occlusion: u64,
     /// Vertices that light paths left in the cache.
     pub light_vertices: u64,
+    /// Iterations whose light vertices found no room in the cache, and were traced once more with enough of it.
+    pub cache_overflows: u64,
     /// Light vertices of infinite or undefined weight, which connections by subspaces leave out.
     pub non_finite_vertices: u64,
 }

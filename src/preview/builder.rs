@@ -21,6 +21,14 @@ pub enum Built {
     Lesson(Box<Trained>),
 }
 
+/// What it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    Scene,
+    Film,
+    Lesson,
+}
+
 /// Why nothing came of it.
 pub enum Failure {
     Stopped,
@@ -40,6 +48,7 @@ impl<E: Into<RenderError>> From<E> for Failure {
 
 /// Dropped, it ends as soon as it can.
 pub struct Builder {
+    pub purpose: Purpose,
     /// The integrator that it is for, and the view.
     pub slot: usize,
     pub view: u64,
@@ -80,7 +89,7 @@ impl Builder {
     /// The system gives no thread.
     pub fn scene(settings: &Arc<Settings>, again: bool) -> Result<Self, DeviceError> {
         let settings = settings.clone();
-        Self::spawn(0, 0, move |state| {
+        Self::spawn(Purpose::Scene, 0, 0, move |state| {
             state.say("loading the scene", None);
             let loaded = match again {
                 true => (settings.loader)().map_err(Failure::Scene)?,
@@ -104,7 +113,7 @@ impl Builder {
         options: RenderOptions,
     ) -> Result<Self, DeviceError> {
         let uploaded = uploaded.clone();
-        Self::spawn(slot, view, move |state| {
+        Self::spawn(Purpose::Film, slot, view, move |state| {
             let name = options.method.name();
             let mut prepared = Prepared::of(&uploaded, &camera, options)?;
             let known = match prepared.learns() {
@@ -132,7 +141,7 @@ impl Builder {
         known: Option<Known>,
     ) -> Result<Self, DeviceError> {
         let uploaded = uploaded.clone();
-        Self::spawn(slot, view, move |state| {
+        Self::spawn(Purpose::Lesson, slot, view, move |state| {
             state.say("learning for this view", None);
             let mut prepared = Prepared::of(&uploaded, &camera, options)?.after(known);
             Ok(Built::Lesson(Box::new(prepared.learn(|step| state.learning(&step))?)))
@@ -140,6 +149,7 @@ impl Builder {
     }
 
     fn spawn(
+        purpose: Purpose,
         slot: usize,
         view: u64,
         work: impl FnOnce(&State) -> Result<Built, Failure> + Send + 'static,
@@ -154,7 +164,12 @@ impl Builder {
                 let _ = tell.send(work(&own));
             })
             .map_err(|error| DeviceError::Thread { message: error.to_string() })?;
-        Ok(Self { slot, view, state, result, thread: Some(thread) })
+        Ok(Self { purpose, slot, view, state, result, thread: Some(thread) })
+    }
+
+    /// Nobody wants it any more: it ends as soon as it can, and nobody has to wait for that.
+    pub fn stop(&self) {
+        self.state.stop.store(true, Ordering::Relaxed);
     }
 
     /// What it does.
@@ -177,7 +192,7 @@ impl Builder {
 
 impl Drop for Builder {
     fn drop(&mut self) {
-        self.state.stop.store(true, Ordering::Relaxed);
+        self.stop();
         if let Some(thread) = self.thread.take() {
             // What it panicked of is on stderr.
             let _ = thread.join();

@@ -3,6 +3,7 @@
 use egui::{Color32, CursorIcon, Key, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, Ui, Vec2};
 
 use super::controls::Navigator;
+use super::display::in_own_threads;
 use crate::scene::Scene;
 
 /// Points beside the divider of a split that take hold of it.
@@ -36,7 +37,7 @@ pub fn show(
     scene: &Scene,
 ) -> Motion {
     let room = ui.available_rect_before_wrap();
-    let response = ui.allocate_rect(room, Sense::click_and_drag());
+    let response = ui.allocate_rect(room, Sense::CLICK | Sense::DRAG);
     let size = match room.width() / room.height() > canvas.aspect {
         true => Vec2::new(room.height() * canvas.aspect, room.height()),
         false => Vec2::new(room.width(), room.width() / canvas.aspect),
@@ -80,7 +81,7 @@ pub fn show(
     if response.drag_started() {
         // What is in the picture's middle is what one wants to turn about.
         let ahead = navigator.pivot() - navigator.from();
-        if let Some(distance) = scene.distance_along(navigator.from(), ahead) {
+        if let Some(distance) = in_own_threads(|| scene.distance_along(navigator.from(), ahead)) {
             navigator.set_pivot_distance(distance);
         }
     }

@@ -1,7 +1,10 @@
 //! From a snapshot to the colours of a screen.
 
+use std::sync::OnceLock;
+
 use egui::{Color32, ColorImage};
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::heatmap::{self, VIRIDIS};
@@ -9,6 +12,19 @@ use crate::film::tonemap::View;
 use crate::film::{Picture, false_color, png};
 
 use super::snapshot::Snapshot;
+
+/// Runs parallel work in threads of the window's own: others learn and build with all of rayon's for seconds.
+pub fn in_own_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    let build = || {
+        let threads = std::thread::available_parallelism().map_or(1, |all| all.get().min(8));
+        ThreadPoolBuilder::new().num_threads(threads).build().ok()
+    };
+    match POOL.get_or_init(build) {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
 
 /// What of a picture is seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

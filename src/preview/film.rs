@@ -121,7 +121,7 @@ impl Film {
 
     /// Estimates the error, unless that was done a moment ago.
     pub fn estimate(&mut self) -> Result<(), RenderError> {
-        if self.divisor != 1 || !self.estimate.is_due() {
+        if self.view.is_none() || self.divisor != 1 || !self.estimate.is_due() {
             return Ok(());
         }
         let renderer = &self.renderer;

@@ -78,12 +78,13 @@ impl Gui {
         }
         let frame = match self.surface.get_current_texture() {
             Current::Success(frame) | Current::Suboptimal(frame) => Some(frame),
-            Current::Outdated | Current::Lost => {
+            Current::Outdated => {
                 self.surface.configure(&context.device, &self.config);
                 self.window.request_redraw();
                 None
             }
-            Current::Timeout | Current::Occluded | Current::Validation => None,
+            // Of a lost device the worker tells.
+            Current::Timeout | Current::Occluded | Current::Lost | Current::Validation => None,
         };
         if let Some(frame) = frame {
             let view = frame.texture.create_view(&Default::default());

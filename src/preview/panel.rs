@@ -55,9 +55,15 @@ pub struct Status<'a> {
 pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> {
     use egui::Key;
     let mut actions = Vec::new();
-    if ui.ctx().egui_wants_keyboard_input() {
+    if ui.ctx().text_edit_focused() {
         return actions;
     }
+    // Keys are for the picture: none is to press the button that Tab has come to.
+    ui.memory_mut(|memory| {
+        if let Some(id) = memory.focused() {
+            memory.surrender_focus(id);
+        }
+    });
     ui.input(|input| {
         let pressed = |key| input.key_pressed(key) && !input.modifiers.command;
         let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
@@ -253,6 +259,7 @@ fn progress(ui: &mut Ui, figures: &Figures) {
             format!("{} samples, {} vertices", figures.non_finite_samples, figures.non_finite_vertices),
         );
         row("light vertices", figures.light_vertices.to_string());
+        row("cache overflows", format!("{}, traced anew", figures.cache_overflows));
     });
     plot(ui, &figures.errors);
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::RenderError;
+use crate::error::{DeviceError, RenderError};
 use crate::film::{Attribute, exr, png};
 use crate::integrator::Method;
 use crate::render::{Origin, Renderer};
@@ -12,7 +12,7 @@ use super::snapshot::Snapshot;
 use super::worker::Save;
 
 /// The first of `name-1`, `name-2`, ... that no file has: nothing is ever overwritten.
-pub fn free_name(output: &Path) -> PathBuf {
+fn free_name(output: &Path) -> PathBuf {
     let name = output.file_name().unwrap_or(std::ffi::OsStr::new("preview")).to_string_lossy();
     let numbered = |number: u32| output.with_file_name(format!("{name}-{number}"));
     let is_free = |base: &PathBuf| ["exr", "png", "model"].iter().all(|kind| !with(base, kind).exists());
@@ -31,8 +31,10 @@ pub fn save(
     settings: &Settings,
     renderer: &mut Renderer,
     method: Method,
+    camera_flags: &str,
     save: &Save,
 ) -> Result<Vec<PathBuf>, RenderError> {
+    let base = free_name(&save.name);
     let report = renderer.report()?;
     let mut picture = renderer.picture()?;
     picture.metadata = report.metadata(&Origin {
@@ -42,29 +44,30 @@ pub fn save(
         device: settings.context.describe(),
         command_line: settings.command_line.clone(),
     });
-    picture.metadata.push(("cameraFlags".into(), Attribute::Text(save.camera_flags.clone())));
-    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&save.base, kind));
+    picture.metadata.push(("cameraFlags".into(), Attribute::Text(camera_flags.into())));
+    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&base, kind));
     exr::write(&exr_path, &picture)?;
     png::write(&png_path, &picture, save.view, save.exposure)?;
     let mut paths = vec![exr_path, png_path];
     if let Some(model) = &renderer.model {
-        let path = with(&save.base, "model");
-        model.save(&path).map_err(crate::error::DeviceError::from)?;
+        let path = with(&base, "model");
+        model.save(&path).map_err(DeviceError::from)?;
         paths.push(path);
     }
     Ok(paths)
 }
 
-/// Writes what is left where the device is lost.
+/// Writes what was seen last, where there is nothing more: the device is lost, or the camera has moved on.
 pub fn rescue(settings: &Settings, snapshot: &Snapshot, save: &Save) -> Result<Vec<PathBuf>, RenderError> {
     let mut picture = (*snapshot.picture).clone();
     picture.metadata = vec![
         ("integrator".into(), Attribute::Text(settings.methods[snapshot.slot].name().into())),
         ("spp".into(), Attribute::Number(f64::from(snapshot.figures.samples))),
         ("commandLine".into(), Attribute::Text(settings.command_line.clone())),
-        ("cameraFlags".into(), Attribute::Text(save.camera_flags.clone())),
+        ("cameraFlags".into(), Attribute::Text(snapshot.camera_flags.clone())),
     ];
-    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&save.base, kind));
+    let base = free_name(&save.name);
+    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&base, kind));
     exr::write(&exr_path, &picture)?;
     png::write(&png_path, &picture, save.view, save.exposure)?;
     Ok(vec![exr_path, png_path])

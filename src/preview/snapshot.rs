@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use super::film::Film;
+use crate::error::RenderError;
 use crate::film::Picture;
 use crate::integrator::{Choice, FirstSubspaces};
 
@@ -11,11 +13,12 @@ pub struct Snapshot {
     /// Radiance, with the layers `variance` and `samples`; smaller than was asked for while the camera moves.
     pub picture: Arc<Picture>,
     /// Of the integrator beside it, in a split.
-    pub beside: Option<Arc<Picture>>,
+    pub beside: Option<(usize, Arc<Picture>)>,
     /// Which integrator made the picture.
     pub slot: usize,
-    /// The view that it shows, as the wish numbered it.
+    /// The view that it shows, as the wish numbered it, and how `halfway render` is told of its camera.
     pub view: u64,
+    pub camera_flags: String,
     /// Counts up with every snapshot.
     pub number: u64,
     /// Of each pixel, where wished for.
@@ -42,6 +45,8 @@ pub struct Figures {
     pub non_finite_samples: u64,
     pub non_finite_vertices: u64,
     pub light_vertices: u64,
+    /// Iterations whose light vertices found no room, and were traced once more with enough of it.
+    pub cache_overflows: u64,
     pub learnt: Option<Learnt>,
     pub choices: Vec<Choice>,
     /// What is being made in the background, and which share of it is done.
@@ -68,4 +73,55 @@ pub struct Learnt {
 pub struct Making {
     pub what: String,
     pub share: Option<f32>,
+}
+
+/// Of a film that shows that view.
+pub(super) fn figures(film: &Film, view: u64) -> Result<Figures, RenderError> {
+    let report = film.renderer.status()?;
+    let samples = f64::from(report.samples.max(1));
+    // Small pictures say little of large ones.
+    let timed = report.kernels.iter().filter(|_| film.divisor == 1);
+    let mut kernels: Vec<(String, f64)> =
+        timed.map(|(name, (seconds, _))| (name.clone(), seconds / samples)).collect();
+    kernels.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Ok(Figures {
+        samples: report.samples,
+        seconds: report.seconds,
+        seconds_a_sample: film.seconds_a_sample.filter(|_| film.divisor == 1),
+        kernels,
+        error: film.error(),
+        errors: film.errors.clone(),
+        non_finite_samples: report.non_finite - report.rays.non_finite_vertices,
+        non_finite_vertices: report.rays.non_finite_vertices,
+        light_vertices: report.rays.light_vertices,
+        cache_overflows: report.rays.cache_overflows,
+        learnt: film.renderer.model.as_ref().map(|model| Learnt {
+            subspaces: model.subspaces,
+            used: model.report.counts.learnt_rows,
+            paths: model.report.counts.paths,
+            losses: report.lesson_losses,
+            of_this_view: film.learnt_view == view,
+        }),
+        choices: report.choices,
+        ..Figures::default()
+    })
+}
+
+/// Buffers that films share are in each of their tables, and count once.
+pub(super) fn memory<'a>(films: impl Iterator<Item = &'a Film>) -> Vec<(String, u64)> {
+    let mut all: Vec<(String, u64)> = Vec::new();
+    let mut seen: Vec<&wgpu::Buffer> = Vec::new();
+    for film in films {
+        for (name, buffer) in film.renderer.buffers() {
+            if !seen.contains(&buffer) {
+                seen.push(buffer);
+                match all.iter_mut().find(|(other, _)| other == name) {
+                    Some((_, bytes)) => *bytes += buffer.size(),
+                    None => all.push((name.clone(), buffer.size())),
+                }
+            }
+        }
+    }
+    all.sort_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
+    all
 }

@@ -86,6 +86,7 @@ pub fn run(
         message: None,
         saved: None,
         watch: Watch::new(&settings),
+        next_tick: Instant::now(),
         next_frame: None,
         end: None,
         settings,
@@ -126,6 +127,7 @@ struct App {
     /// Which picture was saved last: integrator, view, samples.
     saved: Option<(usize, u64, u32)>,
     watch: Watch,
+    next_tick: Instant,
     /// When the interface wants to be drawn again.
     next_frame: Option<Instant>,
     end: Option<PreviewError>,
@@ -161,21 +163,25 @@ impl ApplicationHandler<Wake> for App {
         self.redraw();
     }
 
-    fn new_events(&mut self, events: &ActiveEventLoop, cause: StartCause) {
+    fn new_events(&mut self, events: &ActiveEventLoop, _: StartCause) {
         if (self.interrupted)() {
             events.exit();
         }
-        if let StartCause::ResumeTimeReached { .. } = cause {
+        // Whatever it was that woke the loop: while it renders, something always does.
+        let now = Instant::now();
+        if now >= self.next_tick {
+            self.next_tick = now + TICK;
             self.tick();
-            if self.next_frame.is_some_and(|due| due <= Instant::now()) {
-                self.redraw();
-            }
+        }
+        if self.next_frame.is_some_and(|due| due <= now) {
+            self.next_frame = None;
+            self.redraw();
         }
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let tick = Instant::now() + TICK;
-        events.set_control_flow(ControlFlow::WaitUntil(self.next_frame.map_or(tick, |due| due.min(tick))));
+        let next = self.next_frame.map_or(self.next_tick, |due| due.min(self.next_tick));
+        events.set_control_flow(ControlFlow::WaitUntil(next));
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
@@ -275,19 +281,22 @@ impl App {
         }
         let same = Navigator::new(&loaded, &self.navigator.args());
         match same.or_else(|_| Navigator::new(&loaded, &self.settings.camera)) {
-            Ok(navigator) => {
-                self.navigator = navigator;
-                self.view += 1;
-            }
+            Ok(navigator) => self.navigator = navigator,
             Err(error) => self.say(error.to_string()),
         }
         self.scene = loaded;
+        self.saved = None;
         self.tell();
     }
 
-    fn wanted(&self) -> Wish {
+    fn wanted(&mut self) -> Wish {
+        let camera = self.navigator.camera();
+        if self.wish.as_ref().is_some_and(|wish| wish.camera != camera) {
+            self.view += 1;
+        }
         Wish {
-            camera: self.navigator.camera(),
+            camera,
+            camera_flags: self.navigator.flags(),
             view: self.view,
             moving: self.held || Instant::now() < self.moving_until,
             slot: self.choices.slot,
@@ -304,7 +313,8 @@ impl App {
 
     /// Tells the worker what is wanted, where that has changed.
     fn tell(&mut self) {
-        let (wish, Some(worker)) = (self.wanted(), &self.worker) else { return };
+        let wish = self.wanted();
+        let Some(worker) = &self.worker else { return };
         let moved = self.wish.as_ref().is_some_and(|old| old.view != wish.view);
         if self.wish.as_ref() != Some(&wish) {
             worker.wish(wish.clone(), moved);
@@ -372,7 +382,6 @@ impl App {
         let motion = frame.show(ui, |ui| canvas::show(ui, &canvas, navigator, divider, scene)).inner;
         self.held = motion.held;
         if motion.moved {
-            self.view += 1;
             self.moving_until = Instant::now() + COASTING;
         }
         actions
@@ -401,21 +410,16 @@ impl App {
             Action::FrameAll => {
                 let options = &self.settings.options;
                 self.navigator.frame_all(f64::from(options.width) / f64::from(options.height));
-                self.view += 1;
             }
-            Action::ResetCamera => {
-                self.navigator.reset();
-                self.view += 1;
-            }
+            Action::ResetCamera => self.navigator.reset(),
         }
     }
 
     fn save(&self) -> Save {
         Save {
-            base: saving::free_name(&self.settings.output),
+            name: self.settings.output.clone(),
             view: self.choices.look.view,
             exposure: self.choices.look.exposure,
-            camera_flags: self.navigator.flags(),
         }
     }
 
@@ -426,12 +430,17 @@ impl App {
         }
         let look = &self.choices.look;
         let reference = self.settings.reference.as_ref();
-        let image =
-            display::image(snapshot, look, reference).or_else(|| display::radiance(&snapshot.picture, look));
+        let shown = || {
+            display::image(snapshot, look, reference).or_else(|| display::radiance(&snapshot.picture, look))
+        };
+        let image = display::in_own_threads(shown);
         let beside = match self.choices.split {
             Split::None => None,
             Split::Reference => reference.and_then(|picture| display::radiance(picture, look)),
-            Split::Slot(_) => snapshot.beside.as_ref().and_then(|picture| display::radiance(picture, look)),
+            Split::Slot(slot) => {
+                let beside = snapshot.beside.as_ref().filter(|(other, _)| *other == slot);
+                beside.and_then(|(_, picture)| display::radiance(picture, look))
+            }
         };
         let textures = &mut self.textures;
         for (texture, image, name) in

@@ -1,5 +1,8 @@
 //! The thread that renders: it takes wishes, and tells what there is to show.
 
+mod telling;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -15,10 +18,9 @@ use crate::render::{RenderOptions, Uploaded};
 use crate::scene::{Camera, Scene};
 use crate::subspace::Model;
 
-use super::builder::{Builder, Built, Failure};
+use super::builder::{Builder, Built, Failure, Purpose};
 use super::film::{Aim, Film};
-use super::saving;
-use super::snapshot::{Figures, Learnt, Making, Snapshot};
+use super::snapshot::{Making, Snapshot};
 use super::{SLOTS, Settings};
 
 /// A frame of the window waits for one submission: on a GPU, and on a software device, whose dispatches are dear.
@@ -52,16 +54,16 @@ pub struct Wish {
     pub samples: Option<u32>,
     pub subspaces: bool,
     pub non_finite: bool,
-}
-
-/// A picture to be saved: as `base.exr` and `base.png`.
-#[derive(Clone, Debug)]
-pub struct Save {
-    pub base: PathBuf,
-    pub view: View,
-    pub exposure: f32,
     /// What `halfway render` has to be told of the camera.
     pub camera_flags: String,
+}
+
+/// A picture to be saved: as `name-1.exr` and `name-1.png`, or the next number that is free.
+#[derive(Clone, Debug)]
+pub struct Save {
+    pub name: PathBuf,
+    pub view: View,
+    pub exposure: f32,
 }
 
 /// What happens in its turn.
@@ -128,8 +130,11 @@ impl Worker {
             failed: [false; SLOTS],
             builder: None,
             making: None,
+            leaving: Vec::new(),
+            scene_failed: false,
             lesson: None,
             shown: 0,
+            working: 0,
             saves: Vec::new(),
             quits: false,
             snapshots: 0,
@@ -138,7 +143,13 @@ impl Worker {
         };
         let thread = thread::Builder::new()
             .name("worker".into())
-            .spawn(move || work.run())
+            .spawn(move || {
+                let tell = work.events.clone();
+                if catch_unwind(AssertUnwindSafe(|| work.run())).is_err() {
+                    let message = "the preview's worker has panicked; this is a defect, please report it";
+                    let _ = tell.send(Event::Lost(message.into()));
+                }
+            })
             .map_err(|error| DeviceError::Thread { message: error.to_string() })?;
         Ok(Self { orders, events, latest, abandon, thread: Some(thread) })
     }
@@ -188,10 +199,9 @@ impl Worker {
 
     fn end(&mut self) {
         self.order(Order::Quit);
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            log::error!("the preview's worker has panicked; this is a defect of Halfway, please report it");
+        if let Some(thread) = self.thread.take() {
+            // It has told what it panicked of.
+            let _ = thread.join();
         }
     }
 }
@@ -200,6 +210,14 @@ impl Drop for Worker {
     fn drop(&mut self) {
         self.end();
     }
+}
+
+/// A model for another view than that which an integrator has learnt for, to be used between groups.
+struct Lesson {
+    slot: usize,
+    model: Arc<Model>,
+    /// Over that of the model before, where it is known.
+    loss: Option<f64>,
 }
 
 /// The worker's own end.
@@ -220,10 +238,15 @@ struct Work {
     builder: Option<Builder>,
     /// What it was told of it last.
     making: Option<Making>,
-    /// A model for the view of now, and its loss over that of the one before, to be used between groups.
-    lesson: Option<(usize, Arc<Model>, f64)>,
+    /// Builders that nobody waits for.
+    leaving: Vec<Builder>,
+    /// There is no scene to show, and trying again would not help.
+    scene_failed: bool,
+    lesson: Option<Lesson>,
     /// Whose picture is seen: another's than was wished for, as long as that is not made.
     shown: usize,
+    /// The integrator at work: whose fault an error is.
+    working: usize,
     saves: Vec<Save>,
     quits: bool,
     snapshots: u64,
@@ -237,28 +260,31 @@ impl Work {
     fn run(mut self) {
         while !self.quits {
             self.hear();
-            let result = self.turn();
-            match result {
+            if self.quits {
+                break;
+            }
+            match self.turn() {
                 Ok(()) => {}
                 Err(RenderError::Device(DeviceError::Lost { message })) => {
-                    self.tell(Event::Lost(message));
-                    return;
+                    return self.tell(Event::Lost(message));
                 }
                 Err(error) => {
-                    self.fail(self.shown, &error);
-                    self.films[self.shown] = None;
+                    let slot = self.working;
+                    self.fail(slot, &error);
+                    self.films[slot] = None;
+                    self.lesson = self.lesson.take().filter(|lesson| lesson.slot != slot);
                 }
             }
         }
         // What was asked to be saved, and has a sample.
         if let Err(error) = self.save() {
-            self.tell(Event::Failed(error.to_string()));
+            self.tell(Event::Lost(error.to_string()));
         }
-        self.builder = None;
     }
 
     fn turn(&mut self) -> Result<(), RenderError> {
-        self.take_built();
+        self.working = self.shown;
+        self.take_built()?;
         self.build()?;
         self.render()?;
         self.save()?;
@@ -297,6 +323,7 @@ impl Work {
                 self.abandon.store(false, Ordering::Relaxed);
                 if wish.view != self.wish.view {
                     self.moved = Instant::now();
+                    self.save_what_was_seen();
                 }
                 if wish.slot != self.wish.slot || wish.beside != self.wish.beside {
                     self.failed = [false; SLOTS];
@@ -306,12 +333,24 @@ impl Work {
             Order::Save(save) => self.saves.push(save),
             Order::Restart => {
                 self.films.iter_mut().flatten().for_each(Film::forget);
+                self.failed = [false; SLOTS];
             }
             Order::Reload => match Builder::scene(&self.settings, true) {
-                Ok(builder) => self.builder = Some(builder),
+                Ok(builder) => {
+                    self.leave();
+                    self.builder = Some(builder);
+                }
                 Err(error) => self.tell(Event::Failed(error.to_string())),
             },
             Order::Quit => self.quits = true,
+        }
+    }
+
+    /// Lets the builder end when it can.
+    fn leave(&mut self) {
+        if let Some(builder) = self.builder.take() {
+            builder.stop();
+            self.leaving.push(builder);
         }
     }
 
@@ -325,7 +364,14 @@ impl Work {
         options.training.when = Some(When::First);
         options.first_hit_layers = true;
         options.timing = true;
+        options.model = options.model.filter(|_| self.model_fits());
         options
+    }
+
+    /// There is a model, and it is of the scene as it is.
+    fn model_fits(&self) -> bool {
+        let hash = self.uploaded.as_ref().map(|uploaded| uploaded.hash);
+        self.settings.options.model.as_ref().is_some_and(|model| Some(model.scene_hash) == hash)
     }
 
     fn courtesy(&self) -> Courtesy {
@@ -333,17 +379,18 @@ impl Work {
         Courtesy { slice, abandon: self.abandon.clone() }
     }
 
-    fn take_built(&mut self) {
-        let Some(builder) = &self.builder else { return };
+    fn take_built(&mut self) -> Result<(), RenderError> {
+        self.leaving.retain(|builder| builder.take().is_none());
+        let Some(builder) = &self.builder else { return Ok(()) };
         let making = builder.making();
         if self.making.as_ref() != Some(&making) {
             self.making = Some(making);
             self.news = true;
         }
-        let Some(result) = builder.take() else { return };
+        let Some(result) = builder.take() else { return Ok(()) };
         self.news = true;
         self.making = None;
-        let (slot, view) = (builder.slot, builder.view);
+        let (purpose, slot, view) = (builder.purpose, builder.slot, builder.view);
         self.builder = None;
         match result {
             Ok(Built::Scene(loaded, uploaded)) => {
@@ -352,6 +399,11 @@ impl Work {
                 self.failed = [false; SLOTS];
                 self.lesson = None;
                 self.uploaded = Some(*uploaded);
+                self.scene_failed = false;
+                if self.settings.options.model.is_some() && !self.model_fits() {
+                    let message = "the model is of another state of the scene: spcbpt learns anew";
+                    self.tell(Event::Failed(message.into()));
+                }
                 self.tell(Event::Loaded(loaded));
             }
             Ok(Built::Film(mut renderer, known)) => {
@@ -362,9 +414,12 @@ impl Work {
                 if let Some(film) = &mut self.films[slot] {
                     film.learnt_view = view;
                     film.known = trained.known.clone();
-                    let loss: f64 = trained.losses.iter().product();
-                    if loss < 1.0 - LEAST_GAIN {
-                        self.lesson = Some((slot, trained.model, loss));
+                    let loss = (!trained.losses.is_empty()).then(|| trained.losses.iter().product::<f64>());
+                    if loss.is_none_or(|loss| loss < 1.0 - LEAST_GAIN) {
+                        // One that was not used yet was what this one is compared with.
+                        let before = self.lesson.take().and_then(|lesson| lesson.loss).unwrap_or(1.0);
+                        let loss = loss.map(|loss| loss * before);
+                        self.lesson = Some(Lesson { slot, model: trained.model, loss });
                     } else if let (Some(known), Some(model)) = (&mut film.known, &film.renderer.model) {
                         known.model = model.clone();
                     }
@@ -372,17 +427,39 @@ impl Work {
             }
             Err(Failure::Stopped) => {}
             Err(Failure::Scene(message)) => self.tell(Event::Failed(message)),
-            Err(Failure::Render(error)) => self.fail(slot, &error),
+            Err(Failure::Render(error @ RenderError::Device(DeviceError::Lost { .. }))) => return Err(error),
+            Err(Failure::Render(error)) => match purpose {
+                Purpose::Film => self.fail(slot, &error),
+                Purpose::Scene => {
+                    self.scene_failed = true;
+                    self.tell(Event::Failed(error.to_string()));
+                }
+                Purpose::Lesson => {
+                    if let Some(film) = &mut self.films[slot] {
+                        film.learnt_view = view;
+                    }
+                    self.tell(Event::Failed(error.to_string()));
+                }
+            },
         }
+        Ok(())
     }
 
     /// Begins to make what is wished for and is not there.
     fn build(&mut self) -> Result<(), RenderError> {
+        let wished = [Some(self.wish.slot), self.wish.beside];
+        let seen = self.films.iter().any(Option::is_some);
+        let of_no_use = |builder: &Builder| {
+            builder.purpose == Purpose::Film && seen && !wished.contains(&Some(builder.slot))
+        };
+        if self.builder.as_ref().is_some_and(of_no_use) {
+            self.leave();
+        }
         if self.builder.is_some() {
             return Ok(());
         }
         let Some(uploaded) = self.uploaded.clone() else {
-            if !self.failed[0] {
+            if !self.scene_failed {
                 self.builder = Some(Builder::scene(&self.settings, false)?);
             }
             return Ok(());
@@ -392,7 +469,7 @@ impl Work {
         let is_missing = |slot: usize| self.films[slot].is_none() && !self.failed[slot];
         let learns = |slot: usize| {
             matches!(self.settings.methods[slot], Method::SpcBpt { .. })
-                && self.settings.options.model.is_none()
+                && !self.model_fits()
                 && uploaded.has_lights()
         };
         // Who learns first shows something else meanwhile.
@@ -424,7 +501,7 @@ impl Work {
     /// Whose turn it is to be rendered; `None` where all is done.
     fn next_film(&self) -> Option<usize> {
         let moving = self.is_moving();
-        if self.wish.paused && !moving {
+        if self.wish.paused && !moving && self.saves.is_empty() {
             return None;
         }
         let left = |slot: usize| {
@@ -441,6 +518,7 @@ impl Work {
     fn render(&mut self) -> Result<(), RenderError> {
         self.shown = self.seen();
         let Some(slot) = self.next_film() else { return Ok(()) };
+        self.working = slot;
         let moving = self.is_moving();
         let is_cpu = usize::from(self.settings.context.is_cpu());
         let aim = Aim {
@@ -453,14 +531,20 @@ impl Work {
         let divisor = if moving { film.divisor_for(MOVING_STEP, FIRST_DIVISORS[is_cpu]) } else { 1 };
         // A moving picture keeps its size until the camera goes on: else it would never gather samples.
         let keeps = moving && film.view() == Some(aim.view);
+        // An iteration that a limit has cut short cannot go on: its light paths were fewer.
+        if film.renderer.samples() % film.renderer.samples_at_once() != 0 && film.is_whole(aim.view) {
+            film.forget();
+        }
         film.aim(&aim, if keeps { film.divisor } else { divisor })?;
         let mut most = limit.map_or(u32::MAX, |limit| limit.saturating_sub(film.renderer.samples()).max(1));
-        if self.lesson.as_ref().is_some_and(|lesson| lesson.0 == slot) {
+        if self.lesson.as_ref().is_some_and(|lesson| lesson.slot == slot) {
             let in_group = film.renderer.samples() % SAMPLES_A_GROUP;
             if in_group == 0 {
-                if let Some((_, model, loss)) = self.lesson.take() {
+                if let Some(Lesson { model, loss, .. }) = self.lesson.take() {
                     film.renderer.connect_by(model)?;
-                    film.renderer.weigh_earlier(loss);
+                    if let Some(loss) = loss {
+                        film.renderer.weigh_earlier(loss);
+                    }
                 }
             } else {
                 most = most.min(SAMPLES_A_GROUP - in_group);
@@ -471,121 +555,4 @@ impl Work {
         self.news = true;
         Ok(())
     }
-
-    /// Saves what was asked for, as soon as the picture is whole.
-    fn save(&mut self) -> Result<(), RenderError> {
-        if self.saves.is_empty() {
-            return Ok(());
-        }
-        let Some(film) = &mut self.films[self.shown] else { return Ok(()) };
-        if !film.is_whole(self.wish.view) || film.renderer.samples() == 0 {
-            return Ok(());
-        }
-        for save in std::mem::take(&mut self.saves) {
-            let method = self.settings.methods[self.shown];
-            match saving::save(&self.settings, &mut film.renderer, method, &save) {
-                Ok(paths) => {
-                    let samples = film.renderer.samples();
-                    let saved = Saved { paths, slot: self.shown, view: self.wish.view, samples };
-                    let _ = self.events.send(Event::Saved(saved));
-                }
-                Err(RenderError::Film(error)) => {
-                    let _ = self.events.send(Event::Failed(error.to_string()));
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        (self.notify)();
-        Ok(())
-    }
-
-    /// Tells how things stand, but for a part of the time only.
-    fn publish(&mut self) -> Result<(), RenderError> {
-        let due = self.last_snapshot.is_none_or(|(end, took)| end.elapsed() >= SNAPSHOTS_APART * took);
-        let idle = self.next_film().is_none();
-        if !self.news || !(due || idle) {
-            return Ok(());
-        }
-        let start = Instant::now();
-        let mut snapshot = Snapshot {
-            slot: self.shown,
-            view: self.wish.view,
-            number: self.snapshots + 1,
-            ..self.latest.lock().map(|latest| (**latest).clone()).unwrap_or_default()
-        };
-        let is_there = |film: &Film| film.view() == Some(self.wish.view) && film.renderer.samples() > 0;
-        if let Some(film) = self.films[self.shown].as_mut().filter(|film| is_there(film)) {
-            snapshot.picture = Arc::new(film.renderer.radiance()?);
-            snapshot.figures = figures(film, self.wish.view)?;
-            snapshot.subspaces = match self.wish.subspaces && film.divisor == 1 {
-                true => film.renderer.first_subspaces()?.map(Arc::new),
-                false => None,
-            };
-            snapshot.non_finite = match self.wish.non_finite {
-                true => Some(Arc::new(film.renderer.non_finite()?)),
-                false => None,
-            };
-        }
-        snapshot.beside = match self.wish.beside.and_then(|slot| self.films[slot].as_ref()) {
-            Some(film) if is_there(film) && film.divisor == 1 => Some(Arc::new(film.renderer.radiance()?)),
-            _ => None,
-        };
-        snapshot.figures.making = self.making.clone();
-        snapshot.figures.done = idle && self.builder.is_none();
-        snapshot.figures.memory = memory(self.films.iter().flatten());
-        self.snapshots += 1;
-        if let Ok(mut latest) = self.latest.lock() {
-            *latest = Arc::new(snapshot);
-        }
-        self.last_snapshot = Some((Instant::now(), start.elapsed()));
-        self.news = false;
-        (self.notify)();
-        Ok(())
-    }
-}
-
-fn figures(film: &Film, view: u64) -> Result<Figures, RenderError> {
-    let report = film.renderer.status()?;
-    let samples = f64::from(report.samples.max(1));
-    let mut kernels: Vec<(String, f64)> =
-        report.kernels.iter().map(|(name, (seconds, _))| (name.clone(), seconds / samples)).collect();
-    kernels.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Ok(Figures {
-        samples: report.samples,
-        seconds: report.seconds,
-        seconds_a_sample: film.seconds_a_sample.filter(|_| film.divisor == 1),
-        kernels,
-        error: film.error(),
-        errors: film.errors.clone(),
-        non_finite_samples: report.non_finite - report.rays.non_finite_vertices,
-        non_finite_vertices: report.rays.non_finite_vertices,
-        light_vertices: report.rays.light_vertices,
-        learnt: film.renderer.model.as_ref().map(|model| Learnt {
-            subspaces: model.subspaces,
-            used: model.report.counts.learnt_rows,
-            paths: model.report.counts.paths,
-            losses: report.lesson_losses,
-            of_this_view: film.learnt_view == view,
-        }),
-        choices: report.choices,
-        ..Figures::default()
-    })
-}
-
-/// Buffers that films share are in each of their tables, and count once.
-fn memory<'a>(films: impl Iterator<Item = &'a Film>) -> Vec<(String, u64)> {
-    let mut all: Vec<(String, u64)> = Vec::new();
-    let mut seen = std::collections::HashSet::new();
-    for film in films {
-        for (name, buffer) in film.renderer.buffers() {
-            if seen.insert(buffer.clone()) {
-                match all.iter_mut().find(|(other, _)| other == name) {
-                    Some((_, bytes)) => *bytes += buffer.size(),
-                    None => all.push((name.clone(), buffer.size())),
-                }
-            }
-        }
-    }
-    all.sort_by(|a, b| b.1.cmp(&a.1));
-    all
 }

@@ -65,6 +65,7 @@ fn settings(context: &Context, slot: usize) -> Settings {
 fn wish(navigator: &Navigator, slot: usize, view: u64) -> Wish {
     Wish {
         camera: navigator.camera(),
+        camera_flags: navigator.flags(),
         view,
         moving: false,
         slot,
@@ -122,9 +123,8 @@ impl Stage {
     }
 
     #[track_caller]
-    fn save(&mut self, base: PathBuf) -> Saved {
-        let camera_flags = self.navigator.flags();
-        self.worker.save(Save { base, view: View::Neutral, exposure: 0.0, camera_flags });
+    fn save(&mut self, name: PathBuf) -> Saved {
+        self.worker.save(Save { name, view: View::Neutral, exposure: 0.0 });
         let start = Instant::now();
         loop {
             match self.worker.event() {
