@@ -65,44 +65,50 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
         }
     });
     ui.input(|input| {
-        let pressed = |key| input.key_pressed(key) && !input.modifiers.command;
+        // A slow frame has several presses of a key, and the modifiers that were held with each are gone by its end.
+        let times = |wanted: Key, with_command: bool| {
+            let is_it = |event: &&egui::Event| {
+                matches!(event, egui::Event::Key { key, pressed: true, modifiers, .. }
+                    if *key == wanted && modifiers.command == with_command)
+            };
+            input.events.iter().filter(is_it).count()
+        };
+        let pressed = |key| times(key, false) > 0;
         let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
         if let Some(slot) = digits.into_iter().position(pressed) {
             choices.slot = slot;
         }
-        // While one flies, letters are directions.
-        let flies = input.pointer.secondary_down();
-        for (key, action) in
-            [(Key::R, Action::Restart), (Key::F, Action::FrameAll), (Key::Home, Action::ResetCamera)]
-        {
-            if pressed(key) && !flies {
-                actions.push(action);
-            }
-        }
         for (key, action) in [(Key::S, Action::Save), (Key::Q, Action::Close)] {
-            if input.modifiers.command && input.key_pressed(key) {
+            if times(key, true) > 0 {
                 actions.push(action);
             }
         }
-        if pressed(Key::C) && !flies {
-            actions.push(Action::CopyCamera);
+        choices.paused ^= times(Key::Space, false) % 2 == 1;
+        choices.panel ^= times(Key::Tab, false) % 2 == 1;
+        let steps = times(Key::Plus, false) as f32 + times(Key::Equals, false) as f32;
+        choices.look.exposure += 0.5 * (steps - times(Key::Minus, false) as f32);
+        // While one flies, letters are directions.
+        if input.pointer.secondary_down() {
+            return;
         }
-        // A slow frame may have several of a key.
-        let times = |key| if input.modifiers.command { 0 } else { input.num_presses(key) };
-        choices.paused ^= times(Key::Space) % 2 == 1;
-        choices.panel ^= times(Key::Tab) % 2 == 1;
-        let steps = (times(Key::Plus) + times(Key::Equals)) as f32 - times(Key::Minus) as f32;
-        choices.look.exposure += 0.5 * steps;
-        if !flies {
-            for _ in 0..times(Key::H) {
+        for (key, action) in [
+            (Key::R, Action::Restart),
+            (Key::F, Action::FrameAll),
+            (Key::Home, Action::ResetCamera),
+            (Key::C, Action::CopyCamera),
+        ] {
+            if pressed(key) {
+                actions.push(action);
+            }
+        }
+        for _ in 0..times(Key::H, false) {
+            choices.look.show = next(&Show::ALL, choices.look.show);
+            if choices.look.show == Show::Error && !has_reference {
                 choices.look.show = next(&Show::ALL, choices.look.show);
-                if choices.look.show == Show::Error && !has_reference {
-                    choices.look.show = next(&Show::ALL, choices.look.show);
-                }
             }
-            for _ in 0..times(Key::V) {
-                choices.look.view = next(&[View::Neutral, View::Srgb, View::Agx], choices.look.view);
-            }
+        }
+        for _ in 0..times(Key::V, false) {
+            choices.look.view = next(&[View::Neutral, View::Srgb, View::Agx], choices.look.view);
         }
     });
     actions
