@@ -36,9 +36,10 @@ impl Wavefront {
         if abandon.load(Ordering::Relaxed) {
             return Err(DeviceError::Abandoned);
         }
-        if taken > *slice {
+        // Twice the paths take less than twice as long.
+        if taken > *slice * 3 / 2 {
             self.slice = (self.slice / 2).max(self.capacity / LEAST_SHARE);
-        } else if taken < *slice / 3 && 2 * self.started > self.slice {
+        } else if taken < *slice * 2 / 3 && 2 * self.started > self.slice {
             self.slice = (self.slice * 2).min(self.capacity);
         }
         Ok(())

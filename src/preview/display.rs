@@ -169,7 +169,59 @@ fn sum(rgb: &[f32; 3]) -> f64 {
     rgb.iter().map(|&channel| f64::from(channel)).sum()
 }
 
-/// Of all channels of all pixels.
+/// Of all channels of all pixels, those that are numbers.
 fn mean(picture: &Picture) -> f64 {
-    picture.rgb.iter().map(sum).sum::<f64>() / (3 * picture.rgb.len()).max(1) as f64
+    let finite = picture.rgb.iter().map(sum).filter(|sum| sum.is_finite());
+    finite.sum::<f64>() / (3 * picture.rgb.len()).max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::film::Layer;
+
+    fn snapshot(samples: u32) -> Snapshot {
+        let mut picture = Picture::new(2, 1, vec![[0.5; 3], [f32::NAN, 0.0, 0.0]]);
+        let variance = ["R", "G", "B"].map(|name| (name.to_string(), vec![0.0, 1.0])).into();
+        picture.layers.push(Layer { name: "variance".into(), channels: variance });
+        let mut snapshot = Snapshot { picture: Arc::new(picture), ..Snapshot::default() };
+        snapshot.figures.samples = samples;
+        snapshot.non_finite = Some(Arc::new(vec![3, 0]));
+        snapshot
+    }
+
+    fn look(show: Show) -> Look {
+        Look { show, view: View::Srgb, exposure: 0.0 }
+    }
+
+    fn pixels(snapshot: &Snapshot, show: Show, reference: Option<&Picture>) -> Option<Vec<[u8; 3]>> {
+        let image = image(snapshot, &look(show), reference)?;
+        assert_eq!(image.size, [2, 1]);
+        Some(image.pixels.iter().map(|color| [color.r(), color.g(), color.b()]).collect())
+    }
+
+    #[test]
+    fn what_is_no_number_is_magenta() {
+        // Linear 0.5 is 188 of sRGB.
+        assert_eq!(pixels(&snapshot(1), Show::Radiance, None), Some(vec![[188; 3], MAGENTA]));
+        // By their counts, over the picture two stops darker: .125 is 99.
+        let finite = Snapshot { picture: Arc::new(Picture::new(2, 1, vec![[0.5; 3]; 2])), ..snapshot(1) };
+        assert_eq!(pixels(&finite, Show::NonFinite, None), Some(vec![MAGENTA, [99; 3]]));
+    }
+
+    #[test]
+    fn what_is_not_known_is_not_shown() {
+        assert_eq!(pixels(&snapshot(15), Show::Variance, None), None);
+        let shown = pixels(&snapshot(16), Show::Variance, None).expect("two groups");
+        // No error is black, or nearly so in this map.
+        assert!(shown[0].iter().all(|&channel| channel < 8), "{shown:?}");
+        assert_eq!(pixels(&snapshot(16), Show::EyeSubspaces, None), None);
+        assert_eq!(pixels(&snapshot(16), Show::Error, None), None);
+        assert_eq!(pixels(&snapshot(16), Show::Error, Some(&Picture::new(1, 1, vec![[1.0; 3]]))), None);
+        let same = Picture::new(2, 1, vec![[0.5; 3], [1.0; 3]]);
+        let error = pixels(&snapshot(16), Show::Error, Some(&same)).expect("of the same size");
+        assert!(error[0].iter().all(|&channel| channel < 8), "{error:?}");
+    }
 }

@@ -85,7 +85,7 @@ pub fn run(
         frames: Frames::default(),
         message: None,
         saved: None,
-        watch: Watch::new(&settings),
+        watch: Watch::new(settings.files.clone()),
         next_tick: Instant::now(),
         next_frame: None,
         end: None,
@@ -284,6 +284,7 @@ impl App {
             Ok(navigator) => self.navigator = navigator,
             Err(error) => self.say(error.to_string()),
         }
+        log::info!("{} is loaded anew", loaded.name);
         self.scene = loaded;
         self.saved = None;
         self.tell();

@@ -99,6 +99,7 @@ pub struct Worker {
     events: Receiver<Event>,
     latest: Arc<Mutex<Arc<Snapshot>>>,
     abandon: Arc<AtomicBool>,
+    abandonable: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -116,11 +117,13 @@ impl Worker {
         let (tell, events) = mpsc::channel();
         let latest = Arc::new(Mutex::new(Arc::new(Snapshot::default())));
         let abandon = Arc::new(AtomicBool::new(false));
+        let abandonable = Arc::new(AtomicBool::new(false));
         let work = Work {
             orders: received,
             events: tell,
             latest: latest.clone(),
             abandon: abandon.clone(),
+            abandonable: abandonable.clone(),
             notify: Box::new(notify),
             settings,
             wish,
@@ -151,12 +154,12 @@ impl Worker {
                 }
             })
             .map_err(|error| DeviceError::Thread { message: error.to_string() })?;
-        Ok(Self { orders, events, latest, abandon, thread: Some(thread) })
+        Ok(Self { orders, events, latest, abandon, abandonable, thread: Some(thread) })
     }
 
     /// What is wanted from now on; `moved`: the view of before is of no more use.
     pub fn wish(&self, wish: Wish, moved: bool) {
-        if moved {
+        if moved && self.abandonable.load(Ordering::Relaxed) {
             self.abandon.store(true, Ordering::Relaxed);
         }
         self.order(Order::Wish(Box::new(wish)));
@@ -226,6 +229,8 @@ struct Work {
     events: Sender<Event>,
     latest: Arc<Mutex<Arc<Snapshot>>>,
     abandon: Arc<AtomicBool>,
+    /// What is rendered is whole. Small pictures are for those who move on and on: were they abandoned, none would come.
+    abandonable: Arc<AtomicBool>,
     notify: Box<dyn Fn() + Send>,
     settings: Arc<Settings>,
     wish: Wish,
@@ -549,6 +554,10 @@ impl Work {
             } else {
                 most = most.min(SAMPLES_A_GROUP - in_group);
             }
+        }
+        self.abandonable.store(film.divisor == 1, Ordering::Relaxed);
+        if film.divisor > 1 {
+            self.abandon.store(false, Ordering::Relaxed);
         }
         film.step(STEP, most)?;
         film.estimate()?;

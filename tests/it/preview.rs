@@ -240,6 +240,28 @@ fn learns_in_the_background_and_takes_over() {
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
+/// A camera that never stands still is seen all the same: small pictures are finished, however soon the next is asked for.
+#[test]
+fn pictures_come_while_the_camera_moves() {
+    let settings = settings(gpu::context(), LVCBPT);
+    let options = RenderOptions { width: 192, height: 144, ..options() };
+    let mut stage = Stage::new(Settings { options, ..settings });
+    stage.wait(|snapshot| snapshot.slot == LVCBPT && snapshot.figures.samples > 0);
+    let mut seen = std::collections::BTreeSet::new();
+    let (start, mut view) = (Instant::now(), 0);
+    while seen.len() < 4 {
+        view += 1;
+        stage.navigator.orbit(1e-3, 0.0);
+        stage.worker.wish(Wish { moving: true, ..wish(&stage.navigator, LVCBPT, view) }, true);
+        std::thread::sleep(Duration::from_millis(3));
+        let snapshot = stage.worker.snapshot();
+        if snapshot.view > 0 && snapshot.picture.width < 192 {
+            seen.insert(snapshot.view);
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "{} views in a minute of movement", seen.len());
+    }
+}
+
 /// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot be
 /// loaded leaves all as it was.
 #[test]

@@ -206,7 +206,7 @@ fn a_check_is_as_sure_as_portions_scatter() {
 }
 
 const SMOKE: &str = "bench trade builtin:cornell --size 16x16 --integrators lvcbpt,spcbpt:lessons=1 \
-                     --knob lvcbpt:connections=1 --time 1500ms --at 1500ms --target 0.3 --equal-samples 16 --seeds 2 \
+                     --knob lvcbpt:connections=1 --time 1500ms --at 3s --target 0.3 --equal-samples 16 --seeds 2 \
                      --reference-time 1s --output out --markdown page.md";
 
 /// The whole command on next to nothing: every file is there, every figure is there and finite, and nothing is done
