@@ -88,6 +88,7 @@ pub struct MethodArgs {
 }
 
 impl MethodArgs {
+    #[cfg(feature = "preview")]
     pub fn integrator(&self) -> IntegratorName {
         self.integrator
     }
