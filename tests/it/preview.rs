@@ -240,6 +240,24 @@ fn learns_in_the_background_and_takes_over() {
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
+/// Two integrators take turns, each on its own film, until both have their samples.
+#[test]
+fn integrators_are_rendered_side_by_side() {
+    let mut stage = Stage::new(settings(gpu::context(), LVCBPT));
+    stage.worker.wish(Wish { beside: Some(PATH), ..wish(&stage.navigator, LVCBPT, 0) }, false);
+    let both = stage.wait(|snapshot| snapshot.beside.is_some() && snapshot.figures.done);
+    assert_eq!((both.slot, both.figures.samples), (LVCBPT, SAMPLES));
+    let (slot, beside) = both.beside.clone().expect("another picture");
+    assert_eq!(slot, PATH);
+    assert_same_bits(&beside, &without_layers(headless(&CameraArgs::default(), PATH, None)), "path beside");
+    let seen = without_layers(headless(&CameraArgs::default(), LVCBPT, None));
+    assert_same_bits(&both.picture, &seen, "lvcbpt");
+}
+
+fn without_layers(picture: Picture) -> Picture {
+    Picture { layers: Vec::new(), ..picture }
+}
+
 /// A camera that never stands still is seen all the same: small pictures are finished, however soon the next is asked for.
 #[test]
 fn pictures_come_while_the_camera_moves() {
