@@ -335,3 +335,17 @@ fn r08_a_lost_device_keeps_the_last_picture() {
     let snapshot = stage.worker.snapshot();
     assert!(snapshot.figures.samples > 8 && snapshot.picture.rgb.iter().flatten().any(|&value| value > 0.0));
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn without_a_desktop_the_headless_command_is_named() {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_halfway"));
+    command.args(["preview", "builtin:cornell"]);
+    for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(name);
+    }
+    let output = command.output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("no desktop") && said.contains("halfway render"), "{said}");
+}
