@@ -398,6 +398,15 @@ impl Renderer {
         Ok(self.current_sums()?.picture(self.radiance_scale))
     }
 
+    /// The [`radiance`](Self::radiance), and the [`report`](Self::report) without its estimate, which takes longest.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn glance(&self) -> Result<(Picture, Report), RenderError> {
+        let sums = self.current_sums()?;
+        Ok((sums.picture(self.radiance_scale), self.status(&sums)?))
+    }
+
     /// Samples of each pixel that were left out because they were not finite.
     ///
     /// # Errors
@@ -419,7 +428,8 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn report(&self) -> Result<Report, RenderError> {
-        Ok(Report { estimated_error: self.estimated_error()?, ..self.status()? })
+        let sums = self.current_sums()?;
+        Ok(Report { estimated_error: sums.estimated_error(), ..self.status(&sums)? })
     }
 
     /// As [`FilmSums::estimated_error`].
@@ -430,17 +440,13 @@ impl Renderer {
         Ok(self.current_sums()?.estimated_error())
     }
 
-    /// The [`report`](Self::report) without its estimate, which takes longest.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn status(&self) -> Result<Report, RenderError> {
+    fn status(&self, sums: &FilmSums) -> Result<Report, RenderError> {
         let mut report = self.report.clone();
         report.samples = self.samples;
         report.seconds = self.elapsed.as_secs_f64();
         let wavefront = self.integrator.wavefront();
         report.rays = wavefront.ray_counts(&self.context)?;
-        report.non_finite = self.current_sums()?.non_finite() + report.rays.non_finite_vertices;
+        report.non_finite = sums.non_finite() + report.rays.non_finite_vertices;
         report.kernels = wavefront.kernel_times();
         report.memory = wavefront.buffers.sizes();
         if self.learning.is_some() {

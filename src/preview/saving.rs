@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{DeviceError, RenderError};
-use crate::film::{Attribute, exr, png};
+use crate::film::{Attribute, Picture, exr, png};
 use crate::integrator::Method;
 use crate::render::{Origin, Renderer};
 
@@ -45,10 +45,7 @@ pub fn save(
         command_line: settings.command_line.clone(),
     });
     picture.metadata.push(("cameraFlags".into(), Attribute::Text(camera_flags.into())));
-    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&base, kind));
-    exr::write(&exr_path, &picture)?;
-    png::write(&png_path, &picture, save.view, save.exposure)?;
-    let mut paths = vec![exr_path, png_path];
+    let mut paths = write(&base, &picture, save)?;
     if let Some(model) = &renderer.model {
         let path = with(&base, "model");
         model.save(&path).map_err(DeviceError::from)?;
@@ -66,9 +63,12 @@ pub fn rescue(settings: &Settings, snapshot: &Snapshot, save: &Save) -> Result<V
         ("commandLine".into(), Attribute::Text(settings.command_line.clone())),
         ("cameraFlags".into(), Attribute::Text(snapshot.camera_flags.clone())),
     ];
-    let base = free_name(&save.name);
-    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(&base, kind));
-    exr::write(&exr_path, &picture)?;
-    png::write(&png_path, &picture, save.view, save.exposure)?;
+    write(&free_name(&save.name), &picture, save)
+}
+
+fn write(base: &Path, picture: &Picture, save: &Save) -> Result<Vec<PathBuf>, RenderError> {
+    let [exr_path, png_path] = ["exr", "png"].map(|kind| with(base, kind));
+    exr::write(&exr_path, picture)?;
+    png::write(&png_path, picture, save.view, save.exposure)?;
     Ok(vec![exr_path, png_path])
 }

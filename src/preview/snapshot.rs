@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::film::Film;
-use crate::error::RenderError;
 use crate::film::Picture;
 use crate::integrator::{Choice, FirstSubspaces};
+use crate::render::Report;
 
 /// A picture as it stands, with what is known of it.
 #[derive(Clone, Default)]
@@ -76,15 +76,14 @@ pub struct Making {
 }
 
 /// Of a film that shows that view.
-pub(super) fn figures(film: &Film, view: u64) -> Result<Figures, RenderError> {
-    let report = film.renderer.status()?;
+pub(super) fn figures(film: &Film, report: Report, view: u64) -> Figures {
     let samples = f64::from(report.samples.max(1));
     // Small pictures say little of large ones.
     let timed = report.kernels.iter().filter(|_| film.divisor == 1);
     let mut kernels: Vec<(String, f64)> =
         timed.map(|(name, (seconds, _))| (name.clone(), seconds / samples)).collect();
     kernels.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Ok(Figures {
+    Figures {
         samples: report.samples,
         seconds: report.seconds,
         seconds_a_sample: film.seconds_a_sample.filter(|_| film.divisor == 1),
@@ -104,7 +103,7 @@ pub(super) fn figures(film: &Film, view: u64) -> Result<Figures, RenderError> {
         }),
         choices: report.choices,
         ..Figures::default()
-    })
+    }
 }
 
 /// Buffers that films share are in each of their tables, and count once.

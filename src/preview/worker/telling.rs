@@ -82,8 +82,9 @@ impl Work {
             snapshot.slot = self.shown;
             snapshot.view = self.wish.view;
             snapshot.camera_flags.clone_from(&self.wish.camera_flags);
-            snapshot.picture = Arc::new(film.renderer.radiance()?);
-            snapshot.figures = figures(film, self.wish.view)?;
+            let (picture, report) = film.renderer.glance()?;
+            snapshot.picture = Arc::new(picture);
+            snapshot.figures = figures(film, report, self.wish.view);
             snapshot.subspaces = match self.wish.subspaces && film.divisor == 1 {
                 true => film.renderer.first_subspaces()?.map(Arc::new),
                 false => None,
