@@ -2,6 +2,7 @@
 
 pub mod efficiency;
 mod meanwhile;
+pub mod pace;
 mod prepared;
 pub mod reference;
 pub mod trade;
@@ -18,7 +19,8 @@ use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Attribute, Layer, Picture};
 use crate::integrator::{
-    Choice, Courtesy, FirstSubspaces, Integrator, Method, Online, RayCounts, Region, Strategy, Training,
+    Choice, Courtesy, DEFAULT_ROULETTE_CAP, FirstSubspaces, Integrator, Method, Online, RayCounts, Region,
+    Strategy, Training,
 };
 use crate::scene::{self, Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
@@ -57,6 +59,8 @@ pub struct RenderOptions {
     /// Index into the scene's cameras.
     pub camera: usize,
     pub max_depth: Option<u32>,
+    /// Least probability that Russian roulette lets a path go on after a surface.
+    pub roulette_cap: f32,
     pub seed: u64,
     pub method: Method,
     /// Of a bidirectional method, show this strategy only.
@@ -81,6 +85,7 @@ impl Default for RenderOptions {
             crop: None,
             camera: 0,
             max_depth: None,
+            roulette_cap: DEFAULT_ROULETTE_CAP,
             seed: 0,
             method: Method::default(),
             strategy: None,

@@ -4,6 +4,7 @@ use clap::{Parser, ValueEnum};
 
 use super::input::InputError;
 use super::method::{IntegratorName, MethodArgs};
+use super::picture::PathArgs;
 use super::subject::Subject;
 use crate::integrator::{Method, Training, When};
 use crate::render::RenderOptions;
@@ -14,7 +15,7 @@ pub struct Candidate {
     pub label: String,
     pub method: Method,
     training: Training,
-    max_depth: Option<u32>,
+    paths: PathArgs,
 }
 
 /// The options of one integrator.
@@ -23,8 +24,8 @@ pub struct Candidate {
 struct OneIntegrator {
     #[command(flatten)]
     method: MethodArgs,
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
-    max_depth: Option<u32>,
+    #[command(flatten)]
+    paths: PathArgs,
 }
 
 impl Candidate {
@@ -46,22 +47,22 @@ impl Candidate {
         let (method, training) = (parsed.method.method()?, parsed.method.training()?);
         // Who is measured does the same every time.
         let training = Training { when: training.when.or(Some(When::First)), ..training };
-        Ok(Self { label: label.to_owned(), method, training, max_depth: parsed.max_depth })
+        Ok(Self { label: label.to_owned(), method, training, paths: parsed.paths })
     }
 
     pub fn options(&self, subject: &Subject, seed: u64) -> RenderOptions {
-        RenderOptions {
+        let options = RenderOptions {
             method: self.method,
             training: self.training.clone(),
-            max_depth: self.max_depth.or(subject.options.max_depth),
             seed,
             ..subject.options.clone()
-        }
+        };
+        self.paths.apply(options)
     }
 
     /// All that it does otherwise than others, defaults written out.
     pub fn settings(&self) -> String {
-        format!("{:?} {:?} {:?}", self.method, self.training, self.max_depth)
+        format!("{:?} {:?} {:?}", self.method, self.training, self.paths)
     }
 
     /// The flags by which `render` does the same.

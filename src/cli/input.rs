@@ -285,14 +285,6 @@ fn shortest(value: f64, same: impl Fn(f64) -> bool) -> f64 {
     rounded.find(|&number| same(number)).unwrap_or(value)
 }
 
-/// Pixels of a picture that no size is given for, where the scene has no wish either.
-const DEFAULT_SIZE: [u32; 2] = [1280, 720];
-
-/// The size that was asked for, else that of the scene.
-pub fn picture_size(wanted: Option<[u32; 2]>, scene: &Scene) -> [u32; 2] {
-    wanted.or(scene.resolution).unwrap_or(DEFAULT_SIZE)
-}
-
 /// A picture's size as `WIDTHxHEIGHT`.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));

@@ -9,6 +9,7 @@ mod efficiency;
 mod info;
 pub mod input;
 mod method;
+mod picture;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;

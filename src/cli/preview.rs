@@ -7,15 +7,13 @@ use clap::Args;
 
 use super::Exit;
 use super::input::{
-    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device, parse_size,
-    picture_size,
+    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device,
 };
 use super::method::{IntegratorName, MethodArgs};
+use super::picture::{PictureArgs, ViewArgs};
 use super::progress;
 use super::render::{load_model, say_what_is_missing};
-use crate::device::DeviceChoice;
 use crate::film::Picture;
-use crate::film::tonemap::View;
 use crate::integrator::{DEFAULT_CONNECTIONS, Method, Training};
 use crate::preview::{self, Display, SLOTS, Settings};
 use crate::render::RenderOptions;
@@ -32,29 +30,18 @@ pub struct PreviewArgs {
     #[command(flatten)]
     method: MethodArgs,
     /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
-    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces", "lessons", "learn"])]
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["LearnArgs", "learn", "quality"])]
     model: Option<PathBuf>,
     /// Stop at so many samples a pixel (default: never).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Size of the picture in pixels, however large the window (default: the scene's own wish, or 1280x720).
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    picture: PictureArgs,
     /// Same seed, same device, same samples: the same picture as `halfway render` makes, bit for bit.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    max_depth: Option<u32>,
-    /// Device by number or name as `halfway devices` lists them, or cpu.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    device: DeviceChoice,
-    /// How scene light becomes the window's colours.
-    #[arg(long, value_enum, default_value_t)]
-    view: View,
-    /// Exposure in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
-    exposure: f32,
+    #[command(flatten)]
+    view: ViewArgs,
     /// A picture of the same size to compare with: beside it, and as a map of errors.
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
@@ -90,7 +77,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
     check_folder(&output)?;
     let scene = load(&args.scene, &args.camera)?;
     say_what_is_missing(&scene);
-    let [width, height] = picture_size(args.size, &scene);
+    let [width, height] = args.picture.size(&scene);
     let reference = args.reference.as_deref().map(Picture::read).transpose()?;
     if let Some(reference) = &reference
         && [reference.width, reference.height] != [width, height]
@@ -102,7 +89,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
         .into());
     }
     progress::install_interrupt();
-    let context = open_device(&args.device, quiet)?;
+    let context = open_device(&args.picture.device, quiet)?;
     let most = context.device.limits().max_texture_dimension_2d;
     if width.max(height) > most {
         return Err(InputError::Usage(format!(
@@ -128,15 +115,9 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
         Some(path) => Some(load_model(path, scene.content_hash(), methods[slot])?),
         None => None,
     };
-    let options = RenderOptions {
-        width,
-        height,
-        max_depth: args.max_depth,
-        seed: args.seed,
-        model,
-        training,
-        ..RenderOptions::default()
-    };
+    // The window places its camera itself.
+    let options = args.picture.options(&scene, 0);
+    let options = RenderOptions { seed: args.seed, model, training, ..options };
     let (source, camera) = (args.scene.clone(), args.camera.clone());
     let settings = Settings {
         context,
@@ -149,8 +130,8 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
         slot,
         samples: args.spp,
         reference,
-        view: args.view,
-        exposure: args.exposure,
+        view: args.view.view,
+        exposure: args.view.exposure,
         output,
         title: args.scene.scene.display().to_string(),
         command_line: command_line(),

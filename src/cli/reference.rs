@@ -354,7 +354,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
         maker: Some(maker.clone()),
     };
     install_interrupt();
-    let context = open_device(&args.subject.device, quiet)?;
+    let context = open_device(&args.subject.picture.device, quiet)?;
     let mut exit = Exit::Done;
     for path in &args.subject.scenes {
         let subject = args.subject.load(path)?;

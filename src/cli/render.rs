@@ -10,14 +10,14 @@ use clap::Args;
 use super::debug::Debug;
 use super::input::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device, parse_crop,
-    parse_duration, parse_size, picture_size,
+    parse_duration,
 };
 use super::method::MethodArgs;
+use super::picture::{PictureArgs, ViewArgs};
 use super::progress::{self, Meter};
 use super::train::held_out_gain;
 use super::{Exit, strategies};
-use crate::device::{Context, DeviceChoice};
-use crate::film::tonemap::View;
+use crate::device::Context;
 use crate::film::{Picture, exr, png, tev};
 use crate::integrator::{Method, Region, When};
 use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop};
@@ -38,7 +38,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     method: MethodArgs,
     /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
-    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["train_paths", "subspaces", "lessons", "learn"])]
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["LearnArgs", "learn", "quality"])]
     model: Option<PathBuf>,
     /// Samples a pixel (64 if no limit is given).
     #[arg(long, value_name = "N")]
@@ -49,9 +49,8 @@ pub struct RenderArgs {
     /// Stop at this estimated error: the expected MAPE of the picture, 0.05 = 5 %.
     #[arg(long, value_name = "ERROR")]
     error: Option<f64>,
-    /// Size in pixels (default: the scene's own wish, or 1280x720).
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    picture: PictureArgs,
     /// Render only this part: left, top, width, height in pixels.
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     crop: Option<Region>,
@@ -60,18 +59,8 @@ pub struct RenderArgs {
     /// Same seed, same device: the same picture, bit for bit.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit).
-    #[arg(long, value_name = "N")]
-    max_depth: Option<u32>,
-    /// Device by number or name as `halfway devices` lists them, or cpu.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    device: DeviceChoice,
-    /// How scene light becomes the PNG's colours.
-    #[arg(long, value_enum, default_value_t)]
-    view: View,
-    /// Exposure of the PNG in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
-    exposure: f32,
+    #[command(flatten)]
+    view: ViewArgs,
     /// Also write every strategy (s light, t eye vertices) of a bidirectional integrator as a picture of its own, as
     /// its weighted share and alone, with an overview of all; each takes the budget once more. Needs --max-depth.
     #[arg(long, value_name = "DIR")]
@@ -110,7 +99,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let load_seconds = load_start.elapsed().as_secs_f64();
 
     progress::install_interrupt();
-    let context = open_device(&args.device, quiet)?;
+    let context = open_device(&args.picture.device, quiet)?;
     let mut options = options(args, &scene, camera)?;
     if let Some(debug) = args.debug {
         debug.check(options.method)?;
@@ -186,7 +175,14 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         }
     }
     if let Some(directory) = args.strategies.as_deref().filter(|_| stop != Stop::Interrupted) {
-        strategies::write(&mut renderer, &options, &strategies, directory, args.view, progress::interrupted)?;
+        strategies::write(
+            &mut renderer,
+            &options,
+            &strategies,
+            directory,
+            args.view.view,
+            progress::interrupted,
+        )?;
         println!("{}", directory.display());
     }
     Ok(if report.non_finite > 0 {
@@ -205,7 +201,6 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
 }
 
 fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOptions, InputError> {
-    let [width, height] = picture_size(args.size, scene);
     let no_limit = args.spp.is_none() && args.time.is_none() && args.error.is_none();
     let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { args.spp };
     if args.error.is_some_and(|error| error.is_nan() || error <= 0.0) {
@@ -214,24 +209,15 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     if args.spp == Some(0) {
         return Err(InputError::Usage("--spp takes at least 1 sample a pixel".into()));
     }
-    if args.max_depth == Some(0) {
-        return Err(InputError::Usage("--max-depth counts surfaces from 1 (lights seen directly)".into()));
-    }
     Ok(RenderOptions {
-        width,
-        height,
         crop: args.crop,
-        camera,
-        max_depth: args.max_depth,
         seed: args.seed,
         method: args.method.method()?,
-        strategy: None,
         budget: Budget { samples, time: args.time, error: args.error },
         first_hit_layers: true,
         timing: args.stats.is_some(),
-        features: None,
-        model: None,
         training: args.method.training()?,
+        ..args.picture.options(scene, camera)
     })
 }
 
@@ -350,7 +336,7 @@ impl Record<'_> {
         picture.metadata = report.metadata(&self.origin);
         for output in outputs {
             if output.extension().is_some_and(|extension| extension == "png") {
-                png::write(output, &picture, self.args.view, self.args.exposure)
+                png::write(output, &picture, self.args.view.view, self.args.view.exposure)
             } else {
                 exr::write(output, &picture)
             }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::input::{SceneArgs, choose_camera, default_output, parse_size, picture_size};
-use crate::device::DeviceChoice;
+use super::input::{SceneArgs, choose_camera, default_output};
+use super::picture::PictureArgs;
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
@@ -15,17 +15,11 @@ pub struct SubjectArgs {
     /// .gltf or .glb files, or `builtin:NAME`.
     #[arg(value_name = "SCENE", required = true)]
     pub scenes: Vec<PathBuf>,
-    /// Size in pixels (default: the scene's own wish, or 1280x720).
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
     /// Which of each scene's cameras, by name or number.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
-    /// Longest path, in surfaces (default: no limit).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    max_depth: Option<u32>,
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    pub device: DeviceChoice,
+    #[command(flatten)]
+    pub picture: PictureArgs,
     /// Let scenes refer to files outside their folder.
     #[arg(long)]
     allow_outside: bool,
@@ -54,9 +48,7 @@ impl SubjectArgs {
         };
         let mut scene = from.load()?;
         let camera = choose_camera(&mut scene, self.camera.as_deref())?;
-        let [width, height] = picture_size(self.size, &scene);
-        let options =
-            RenderOptions { width, height, camera, max_depth: self.max_depth, ..RenderOptions::default() };
+        let options = self.picture.options(&scene, camera);
         let name = default_output(path, "").display().to_string();
         Ok(Subject { name, hash: scene.content_hash(), scene, options })
     }

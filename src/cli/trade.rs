@@ -24,10 +24,11 @@ use crate::error::RenderError;
 use crate::film::write::write_atomic;
 use crate::integrator::When;
 use crate::math::fnv::fnv;
-use crate::render::trade::{Plan, Point, measure};
+use crate::render::pace::Gauge;
+use crate::render::trade::{Goal, Plan, Point, measure};
 use crate::render::{Prepared, RenderOptions};
 
-use record::{Key, Record, Records};
+use record::{Drift, Key, Record, Records};
 use results::{SceneResult, Trade, scene_result};
 
 /// What is measured and how, below the options of `--help`.
@@ -35,8 +36,9 @@ const METHOD: &str = "\
 For every scene and every seed each integrator, and each value of each knob, renders for --time, in an order that turns
 from seed to seed. It is stopped, and its clock with it, after 8, 16, 32, ... samples a pixel, after --equal-samples, and
 at the end, to compare the picture with the reference. Time is of rendering and of learning before, which every seed does
-anew; not of loading and compiling. A point at 10 s is of a render that may go on to --time: asked for 10 s from the start,
-spcbpt learns less.
+anew; not of loading and compiling. A machine that others share is not always as fast: every other second the same small
+work is timed (before and after, while spcbpt learns), and times are scaled by that to the usual pace. A point at 10 s is of
+a render that may go on to --time: asked for 10 s from the start, spcbpt learns less.
 
 Every render that is done is a line of DIR/runs.jsonl. The same command again, or one with more scenes, integrators, knobs
 or seeds, renders what is not there. Remove that file when the renderer itself has changed.
@@ -60,6 +62,9 @@ pub struct TradeArgs {
     /// Time of each render, learning included.
     #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "30s")]
     time: Duration,
+    /// A render that has not met --target by then, but may before long, goes on until it has, for this time at most.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    longest: Option<Duration>,
     /// Samples a pixel after which a render ends, time or not.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -130,6 +135,12 @@ pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
             InputError::Usage("--target takes a positive number, such as 0.12 for 12 %".into()).into()
         );
     }
+    if args.longest.is_some_and(|longest| longest < args.time) {
+        return Err(InputError::Usage(
+            "--longest has to be at least --time; raise it, or leave it out".into(),
+        )
+        .into());
+    }
     let keeper = args.reference.keeper()?;
     let page = args.markdown.clone().unwrap_or(args.output.join("trade.md"));
     let plots = page.with_extension("");
@@ -140,12 +151,18 @@ pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
     let kept = args.output.join("runs.jsonl");
     let mut records = Records::open(&kept)?;
     install_interrupt();
-    let context = open_device(&args.subject.device, quiet)?;
-    let plan = Plan { time: Some(args.time), samples: args.spp, equal_samples: args.equal_samples };
-    let mut scenes: Vec<SceneResult> = Vec::new();
+    let context = open_device(&args.subject.picture.device, quiet)?;
+    let plan = Plan {
+        time: Some(args.time),
+        samples: args.spp,
+        equal_samples: args.equal_samples,
+        goal: args.longest.map(|longest| Goal { error: args.target, longest }),
+    };
+    let mut gauge: Option<Gauge> = None;
+    let mut benches: Vec<Bench> = Vec::new();
     for path in &args.subject.scenes {
         let subject = args.subject.load(path)?;
-        if scenes.iter().any(|scene| scene.name == subject.name) {
+        if benches.iter().any(|bench| bench.subject.name == subject.name) {
             return Err(InputError::Usage(format!(
                 "two scenes are called '{}'; rename one, tables could not tell them apart",
                 subject.name
@@ -155,21 +172,23 @@ pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
         let Some(reference) = keeper.reference(&context, &subject, quiet)? else {
             return Ok(go_on(&kept, &records));
         };
-        let mut bench =
-            Bench { args, context: &context, subject: &subject, reference: &reference, plan, quiet };
-        let Some(runs) = bench.runs(&lineup, &mut records)? else { return Ok(go_on(&kept, &records)) };
-        let times: Vec<f64> = args.at.iter().map(Duration::as_secs_f64).collect();
-        let ask = results::Ask { target: args.target, times: &times, equal_samples: args.equal_samples };
-        scenes.push(scene_result(
-            &subject,
-            &reference,
-            &lineup.all,
-            lineup.listed,
-            &lineup.knobs,
-            runs,
-            &ask,
-        ));
+        let bench = Bench { args, context: &context, subject, reference, plan, quiet };
+        if !bench.render_all(&lineup, &mut records, &mut gauge)? {
+            return Ok(go_on(&kept, &records));
+        }
+        benches.push(bench);
     }
+    // What is usual is known now, over all scenes.
+    let drift = Drift::of(benches.iter().flat_map(|bench| bench.found(&lineup, &records)).flatten());
+    let usual_pace = drift.map_or(1.0, |drift| drift.usual_pace);
+    let mut times: Vec<f64> = args.at.iter().map(Duration::as_secs_f64).collect();
+    times.sort_by(f64::total_cmp);
+    let ask = results::Ask { target: args.target, times: &times, equal_samples: args.equal_samples };
+    let result = |bench: &Bench| {
+        let runs = bench.runs(&lineup, &records, usual_pace);
+        scene_result(&bench.subject, &bench.reference, &lineup.all, lineup.listed, &lineup.knobs, runs, &ask)
+    };
+    let scenes: Vec<SceneResult> = benches.iter().map(result).collect();
     let trade = Trade {
         date: today(),
         device: context.describe(),
@@ -177,9 +196,11 @@ pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
         version: env!("CARGO_PKG_VERSION"),
         seeds: args.seeds,
         seconds: args.time.as_secs_f64(),
+        longest: args.longest.map(|longest| longest.as_secs_f64()),
         samples: args.spp,
         target: args.target,
-        times: args.at.iter().map(Duration::as_secs_f64).collect(),
+        times: times.clone(),
+        drift,
         equal_samples: args.equal_samples,
         scenes,
     };
@@ -216,22 +237,41 @@ fn go_on(kept: &std::path::Path, records: &Records) -> Exit {
 struct Bench<'a> {
     args: &'a TradeArgs,
     context: &'a Context,
-    subject: &'a Subject,
-    reference: &'a Reference,
+    subject: Subject,
+    reference: Reference,
     plan: Plan,
     quiet: bool,
 }
 
 impl Bench<'_> {
-    /// All renders of all candidates, seed by seed; `None` where Ctrl-C ended it.
-    fn runs(
-        &mut self,
+    /// What each candidate renders, seed by seed.
+    fn keys(&self, lineup: &Lineup) -> Vec<Vec<Key>> {
+        let seeds = self.args.seeds;
+        lineup.all.iter().map(|one| (0..seeds).map(|round| self.key(one, round)).collect()).collect()
+    }
+
+    /// What is known of them.
+    fn found<'r>(&self, lineup: &Lineup, records: &'r Records) -> Vec<Vec<&'r [Point]>> {
+        let of = |key: &Key| records.find(key);
+        self.keys(lineup).iter().map(|keys| keys.iter().filter_map(of).collect()).collect()
+    }
+
+    /// The same with times of the device at its usual pace.
+    fn runs(&self, lineup: &Lineup, records: &Records, usual_pace: f64) -> Vec<Vec<Vec<Point>>> {
+        let scaled = |points: &&[Point]| points.iter().map(|point| point.at_pace(usual_pace)).collect();
+        let found = self.found(lineup, records);
+        found.iter().map(|seeds| seeds.iter().map(scaled).collect()).collect()
+    }
+
+    /// Renders what is not there; false where Ctrl-C ended it.
+    fn render_all(
+        &self,
         lineup: &Lineup,
         records: &mut Records,
-    ) -> anyhow::Result<Option<Vec<Vec<Vec<Point>>>>> {
+        gauge: &mut Option<Gauge>,
+    ) -> anyhow::Result<bool> {
         let (count, seeds) = (lineup.all.len(), self.args.seeds);
-        let keys: Vec<Vec<Key>> =
-            lineup.all.iter().map(|one| (0..seeds).map(|round| self.key(one, round)).collect()).collect();
+        let keys = self.keys(lineup);
         let is_there = |key: &&Key| records.find(key).is_some();
         let there = keys.iter().flatten().filter(is_there).count();
         let mut left = count * seeds as usize - there;
@@ -246,7 +286,8 @@ impl Bench<'_> {
                     continue;
                 }
                 if !self.quiet {
-                    let minutes = left as f64 * self.args.time.as_secs_f64() / 60.0;
+                    let longest = self.args.longest.unwrap_or(self.args.time);
+                    let minutes = left as f64 * longest.as_secs_f64() / 60.0;
                     eprintln!(
                         "{}: seed {} of {seeds}, {}; {left} renders, at most {} min and their compiling",
                         self.subject.name,
@@ -255,17 +296,20 @@ impl Bench<'_> {
                         short(minutes)
                     );
                 }
-                let Some(points) = self.render(candidate, key.seed)? else { return Ok(None) };
+                let gauge = match gauge.as_mut() {
+                    Some(gauge) => gauge,
+                    None => gauge.insert(Gauge::new(self.context)?),
+                };
+                let Some(points) = self.render(candidate, key.seed, gauge)? else { return Ok(false) };
                 records.push(Record { key: key.clone(), points })?;
                 left -= 1;
             }
         }
-        let of = |key: &Key| records.find(key).map(<[Point]>::to_vec);
-        Ok(keys.iter().map(|keys| keys.iter().map(of).collect()).collect())
+        Ok(true)
     }
 
     fn key(&self, candidate: &Candidate, round: u32) -> Key {
-        let RenderOptions { width, height, camera, max_depth, .. } = self.subject.options;
+        let RenderOptions { width, height, camera, max_depth, roulette_cap, .. } = self.subject.options;
         // Renders share no random numbers, whoever else takes part: their errors are independent.
         let stream = fnv(candidate.label.as_bytes()) >> 33;
         Key {
@@ -276,20 +320,28 @@ impl Bench<'_> {
             size: [width, height],
             camera,
             max_depth,
+            roulette_cap,
             integrator: candidate.label.clone(),
             settings: candidate.settings(),
             seed: stream << 32 | u64::from(self.args.seed.wrapping_add(round)),
             milliseconds: self.plan.time.map(|time| time.as_millis() as u64),
             samples: self.plan.samples,
             equal_samples: self.plan.equal_samples,
+            goal: self.plan.goal.map(|goal| (goal.error, goal.longest.as_millis() as u64)),
             reference: format!("{:016x}", self.reference.hash()),
         }
     }
 
     /// Everything anew: who learns, learns with this seed.
-    fn render(&self, candidate: &Candidate, seed: u64) -> anyhow::Result<Option<Vec<Point>>> {
-        let options = RenderOptions { budget: self.plan.budget(), ..candidate.options(self.subject, seed) };
+    fn render(
+        &self,
+        candidate: &Candidate,
+        seed: u64,
+        gauge: &mut Gauge,
+    ) -> anyhow::Result<Option<Vec<Point>>> {
+        let options = RenderOptions { budget: self.plan.budget(), ..candidate.options(&self.subject, seed) };
         let mut prepared = Prepared::new(self.context, &self.subject.scene, options)?;
+        let mut clock = gauge.clock()?;
         if prepared.learns() == Some(When::First) {
             match learn(&mut prepared, true) {
                 Err(RenderError::Interrupted) => return Ok(None),
@@ -297,6 +349,6 @@ impl Bench<'_> {
             }
         }
         let mut renderer = prepared.renderer()?;
-        Ok(measure(&mut renderer, &self.plan, &self.reference.picture, |_| interrupted())?)
+        Ok(measure(&mut renderer, &self.plan, &self.reference.picture, &mut clock, |_| interrupted())?)
     }
 }

@@ -7,15 +7,14 @@ use anyhow::Context as _;
 use clap::Args;
 
 use super::Exit;
-use super::input::{
-    CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device, parse_size, picture_size,
-};
+use super::input::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
+use super::method::LearnArgs;
+use super::picture::PictureArgs;
 use super::progress;
-use crate::device::DeviceChoice;
 use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Trained, Training, When};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
-use crate::subspace::{Optimiser, Settings, TrainingReport};
+use crate::subspace::TrainingReport;
 
 /// Learn which light vertices of a scene are worth a connection, seen by one of its cameras, and keep it in a file for
 /// `halfway render --integrator spcbpt --model FILE`. Whatever was learnt, pictures stay unbiased: it is about noise only.
@@ -26,78 +25,22 @@ pub struct TrainArgs {
     /// Where the model goes (default: the scene's name, .model).
     #[arg(short, long, value_name = "FILE.model")]
     output: Option<PathBuf>,
-    /// Learn, as published, from so many full paths that path tracing finds. By default it learns from the paths that
-    /// connections by subspaces find, by what earlier ones taught: much sooner where light is hard to find.
-    #[arg(long, value_name = "N")]
-    train_paths: Option<u32>,
-    /// How often it learns anew from the paths that it has found (default: up to 5 times, as long as the last lesson was
-    /// worth it).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths")]
-    lessons: Option<u32>,
-    /// Subspaces that sub-paths are sorted into, on the eye's and on the light's side (default: as many as the
-    /// training paths can teach).
-    #[arg(long, value_name = "K")]
-    subspaces: Option<u32>,
     /// Connections of each vertex of an eye path that the render will have. With another number it stays unbiased.
     #[arg(long, value_name = "N", default_value_t = DEFAULT_CONNECTIONS,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_CONNECTIONS)))]
     connections: u32,
-    /// How Gamma is improved.
-    #[arg(long, value_enum, default_value_t)]
-    optimiser: Optimiser,
-    /// Share of the connections that goes evenly to all light subspaces, above 0 and at most 1.
-    #[arg(long, value_name = "SHARE", default_value_t = Settings::default().uniform_share)]
-    uniform_share: f64,
-    /// Share of what neighbouring subspaces have learnt in every step of Gamma, 0 to 1 (default: what suits paths that
-    /// were held out).
-    #[arg(long, value_name = "SHARE")]
-    smoothing: Option<f64>,
-    /// Most levels of the classification trees.
-    #[arg(long, value_name = "LEVELS", default_value_t = Settings::default().tree_depth)]
-    tree_depth: u32,
-    /// Weight of the direction that a sub-path arrives from, beside that of the surface's normal, in sorting it; 0: it
-    /// does not count. Anything else makes rendering slower.
-    #[arg(long, value_name = "WEIGHT", default_value_t = Settings::default().direction_weight)]
-    direction_weight: f32,
-    /// Size in pixels of the picture that is learnt for (default: the scene's own wish, or 1280x720).
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    picture: PictureArgs,
     #[command(flatten)]
     camera: CameraArgs,
     /// Same seed, same device: the same model, bit for bit.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Longest path, in surfaces, of the render to come (default: no limit).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    max_depth: Option<u32>,
-    /// Device by number or name as `halfway devices` lists them, or cpu.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    device: DeviceChoice,
     /// Write a report with times, counts and the loss at every step.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
-}
-
-impl TrainArgs {
-    fn training(&self) -> Result<Training, crate::error::SubspaceError> {
-        let settings = Settings {
-            subspaces: self.subspaces,
-            connections: self.connections,
-            optimiser: self.optimiser,
-            uniform_share: self.uniform_share,
-            smoothing: self.smoothing,
-            tree_depth: self.tree_depth,
-            direction_weight: self.direction_weight,
-            ..Settings::default()
-        };
-        settings.check()?;
-        let when = Some(When::First);
-        let training = Training { paths: self.train_paths, settings, when, ..Training::default() };
-        Ok(match self.lessons {
-            Some(lessons) => training.with_lessons(lessons),
-            None => training,
-        })
-    }
+    #[command(flatten)]
+    learn: LearnArgs,
 }
 
 /// Learns and writes the model.
@@ -107,7 +50,8 @@ impl TrainArgs {
 pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
     check_output(&output)?;
-    let training = args.training()?;
+    let training = args.learn.training(Training::default(), args.connections)?;
+    let training = Training { when: Some(When::First), ..training };
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
     let camera = args.camera.choose(&mut scene)?;
@@ -115,17 +59,12 @@ pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
     let load_seconds = load_start.elapsed().as_secs_f64();
 
     progress::install_interrupt();
-    let context = open_device(&args.device, quiet)?;
-    let [width, height] = picture_size(args.size, &scene);
+    let context = open_device(&args.picture.device, quiet)?;
     let options = RenderOptions {
-        width,
-        height,
-        camera,
-        max_depth: args.max_depth,
         seed: args.seed,
         method: Method::SpcBpt { light_paths: None, connections: args.connections, light_tracing: false },
         training,
-        ..RenderOptions::default()
+        ..args.picture.options(&scene, camera)
     };
     let mut prepared = Prepared::new(&context, &scene, options)?;
     let trained = progress::learn(&mut prepared, quiet)?;

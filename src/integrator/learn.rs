@@ -39,8 +39,8 @@ pub struct Training {
     pub lessons: u32,
     /// A lesson that lowers the loss by a smaller share is the last; 0: none is for that.
     pub least_gain: f64,
-    /// Camera paths and time of the render to come, learning included, where they are known: a lesson that lowered the loss
-    /// by less than the share of the render that the next would take is the last as well.
+    /// Camera paths and time of the render to come, learning included, where they are known: a lesson that lowered the
+    /// picture's variance by less than the share of the render that the next would take is the last as well.
     pub render_paths: Option<u64>,
     pub render_time: Option<Duration>,
     /// Before the first sample, or while the picture is rendered; `None`: as the device and the budget suggest.

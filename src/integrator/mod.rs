@@ -61,6 +61,8 @@ pub enum Method {
 pub const MAX_CONNECTIONS: u32 = 64;
 /// Connections of an eye vertex where no number is asked for.
 pub const DEFAULT_CONNECTIONS: u32 = 3;
+/// Least probability that a path goes on after a surface, where none is asked for.
+pub const DEFAULT_ROULETTE_CAP: f32 = 0.3;
 /// Light paths for each sample of each pixel of the picture, where none are asked for.
 pub const DEFAULT_LIGHT_PATHS: f64 = 0.25;
 
@@ -136,6 +138,8 @@ pub struct Settings {
     pub region: Region,
     /// Paths end after this many surfaces; `None` leaves their end to roulette.
     pub max_depth: Option<u32>,
+    /// Least probability that a path goes on after a surface.
+    pub roulette_cap: f32,
     /// The user's seed.
     pub seed: u64,
     pub method: Method,

@@ -161,6 +161,7 @@ impl Wavefront {
         }
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CELLS", f64::from(form.cells)));
+        constants.push(("ROULETTE_CAP", f64::from(settings.roulette_cap)));
 
         let mut compile_time = Duration::ZERO;
         let mut compile = |name: &str, extra: &[&'static str]| {

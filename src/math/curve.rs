@@ -45,12 +45,17 @@ pub fn crossing(points: &[[f64; 2]], y: f64) -> Crossing {
         }
         None => {
             let last = points[above];
-            match falling(&points[points.len().saturating_sub(FITTED)..]).map(|line| line.x(y)) {
+            match continued(points, y) {
                 Some(x) if x <= REACH * last[0] => Crossing::Extrapolated(x.max(last[0])),
                 _ => Crossing::Never,
             }
         }
     }
+}
+
+/// Where the curve would come down to `y` beyond its end, however far that is; `None` where it does not come down.
+pub fn continued(points: &[[f64; 2]], y: f64) -> Option<f64> {
+    falling(&points[points.len().saturating_sub(FITTED)..]).map(|line| line.x(y))
 }
 
 /// The curve's value at `x`; `None` beyond [`REACH`], and beyond the ends of a curve of one point.

@@ -99,6 +99,7 @@ impl Prepared {
             height: options.height,
             region,
             max_depth: options.max_depth,
+            roulette_cap: options.roulette_cap,
             seed: options.seed,
             method: options.method,
             strategy: options.strategy,

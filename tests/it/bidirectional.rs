@@ -179,6 +179,16 @@ fn c08_lvcbpt_with_light_tracing_agrees_with_path() {
     }
 }
 
+/// Roulette is in all densities: whatever its cap, pictures differ by noise alone.
+#[test]
+fn c08_any_roulette_agrees_with_path() {
+    for roulette_cap in [0.02, 1.0] {
+        let method = lvcbpt(600, 2, true);
+        let options = RenderOptions { method, roulette_cap, ..options(SIZE, 4) };
+        assert_options_same_as_path(&shown("cornell"), &options);
+    }
+}
+
 /// Light tracing alone: only it sees the light's side of the BSDF everywhere. Bent normals (C-11) and several kinds
 /// of light.
 #[test]

@@ -73,7 +73,7 @@ fn choices_are_said() {
         serde_json::from_slice(&std::fs::read(case.path("render.json")).expect("a report")).expect("JSON");
     assert_eq!(report["choices"].as_array().map(Vec::len), Some(5), "{report}");
     assert_eq!(report["lesson_losses"].as_array().map(Vec::len), Some(1), "{report}");
-    let run = case.run(&format!("{RENDER} --quality draft --train-paths 900 --light-paths 99 --subspaces 5"));
+    let run = case.run(&format!("{RENDER} --train-paths 900 --light-paths 99 --subspaces 5"));
     run.assert(0, &["samples that share light paths 8 ("]);
     assert_eq!(run.said.matches("chosen: ").count(), 2, "{}", run.said);
     // The number of lessons makes a render's own learning that of `train`, whatever its budget.
@@ -98,6 +98,9 @@ fn models_that_do_not_fit_end_with_2() {
     refuse(&format!("{spcbpt} cornell.model --subspaces 9"), &["--model", "--subspaces"]);
     refuse(&format!("{spcbpt} cornell.model --lessons 2"), &["--model", "--lessons"]);
     refuse(&format!("{spcbpt} cornell.model --learn first"), &["--model", "--learn"]);
+    refuse(&format!("{spcbpt} cornell.model --uniform-share 0.2"), &["--model", "--uniform-share"]);
+    refuse(&format!("{spcbpt} cornell.model --quality draft"), &["--model", "--quality"]);
+    refuse("builtin:cornell -i spcbpt --train-paths 9 --quality high", &["--train-paths", "--quality"]);
     refuse("builtin:cornell -i spcbpt --train-paths 9 --learn meanwhile", &["--train-paths", "--learn"]);
     refuse("builtin:cornell --learn first", &["--learn", "spcbpt"]);
     refuse("builtin:door -i spcbpt --model cornell.model", &["another scene", "halfway train"]);

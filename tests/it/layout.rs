@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use halfway::device::layout;
 use halfway::device::shader::{Features, SOURCES, stitch};
+use halfway::integrator::DEFAULT_ROULETTE_CAP;
 use halfway::scene::SceneFeatures;
 use halfway::scene::builtin::{NAMES, builtin};
 use naga::proc::Layouter;
@@ -153,6 +154,24 @@ fn constants_have_one_value() {
         let found = modules.iter().find_map(|(_, module)| constant(module, surface));
         assert_eq!(found, Some(Literal::U32(material)), "{surface}");
     }
+}
+
+/// What kernels do where the host says nothing is what it says by default.
+#[test]
+fn roulette_has_one_default() {
+    let defaults: Vec<Literal> = full_modules()
+        .iter()
+        .filter_map(|(_, module)| {
+            let (_, cap) =
+                module.overrides.iter().find(|(_, o)| o.name.as_deref() == Some("ROULETTE_CAP"))?;
+            match module.global_expressions[cap.init?] {
+                naga::Expression::Literal(literal) => Some(literal),
+                _ => None,
+            }
+        })
+        .collect();
+    assert!(!defaults.is_empty(), "no kernel plays roulette");
+    assert!(defaults.iter().all(|literal| *literal == Literal::F32(DEFAULT_ROULETTE_CAP)), "{defaults:?}");
 }
 
 /// The switches with each set to what `on` says of its name.

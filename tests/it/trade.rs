@@ -8,11 +8,16 @@ use halfway::film::average::average;
 use halfway::film::metric::ReferenceNoise;
 use halfway::film::{Attribute, Layer, Picture};
 use halfway::math::curve::{self, Crossing, front};
+use halfway::render::pace::Gauge;
 use halfway::render::reference::{Grown, Portion, check};
-use halfway::render::trade::{Plan, Point, Typical, summary, time_to, typical};
+use halfway::render::trade::{Goal, Plan, Point, Typical, measure, summary, time_to, typical};
+use halfway::render::{Budget, RenderOptions, Renderer};
+use halfway::scene::builtin::builtin;
 use serde_json::Value;
 
 use crate::command::{Case, Run, assert_complete};
+use crate::gpu;
+use crate::shots::options;
 
 fn assert_close(value: f64, expected: f64) {
     assert!((value / expected - 1.0).abs() < 1e-12, "{value} is not {expected}");
@@ -81,7 +86,7 @@ fn a_front_is_what_nothing_beats() {
 
 #[test]
 fn looks_double_and_take_in_the_equal_samples_and_the_end() {
-    let plan = Plan { time: None, samples: None, equal_samples: 100 };
+    let plan = Plan { time: None, samples: None, equal_samples: 100, goal: None };
     assert_eq!(plan.looks().take(8).collect::<Vec<_>>(), [8, 16, 32, 64, 100, 128, 256, 512]);
     let plan = Plan { samples: Some(40), equal_samples: 8, ..plan };
     assert_eq!(plan.looks().collect::<Vec<_>>(), [8, 16, 32, 40]);
@@ -97,6 +102,8 @@ fn render(preprocessing_seconds: f64, pace: f64, looks: &[u32]) -> Vec<Point> {
             samples,
             seconds: pace * f64::from(samples),
             preprocessing_seconds,
+            work: 10.0 * pace * f64::from(samples),
+            preprocessing_work: 10.0 * preprocessing_seconds,
             mape,
             relmse: mape * mape + 0.01,
             relmse_trimmed: mape * mape,
@@ -153,6 +160,99 @@ fn a_summary_of_power_laws() {
     let at_once = summary(&fast, &slow, None, 0.9, &[], 8);
     assert_eq!((at_once.target.at_once, at_once.target.seconds.value), (2, 14.0));
     assert!(matches!(time_to(fast[0], 0.16), Crossing::Measured(_)));
+}
+
+/// Times are those of the work at a pace, whatever the clock said; nothing else changes.
+#[test]
+fn times_are_scaled_to_a_pace() {
+    let points = render(6.0, 2.0, &[8, 16]);
+    let scaled: Vec<Point> = points.iter().map(|point| point.at_pace(0.05)).collect();
+    for (point, scaled) in points.iter().zip(&scaled) {
+        // Ten of the work a second.
+        assert_close(scaled.seconds, 0.5 * point.seconds);
+        assert_close(scaled.total_seconds(), 0.5 * point.total_seconds());
+        let back =
+            Point { seconds: point.seconds, preprocessing_seconds: point.preprocessing_seconds, ..*scaled };
+        assert_eq!(back, *point);
+    }
+}
+
+/// The clock of work goes on where the device does, and does not count its own looks.
+#[test]
+fn a_clock_tells_work() {
+    let mut gauge = Gauge::new(gpu::context()).expect("a gauge");
+    let pace = gauge.pace().expect("a pace");
+    let mut clock = gauge.clock().expect("a clock");
+    assert!(!clock.is_due(1.9) && clock.is_due(2.1));
+    let first = clock.work(10.0).expect("work");
+    assert!(!clock.is_due(11.9) && clock.is_due(12.1));
+    assert_eq!(clock.work(10.0).expect("the same"), first, "no time has passed");
+    let second = clock.work(30.0).expect("more");
+    // Twice the time; the device may have become much faster or slower meanwhile.
+    let ratio = (second - first) / first;
+    assert!((0.2..20.0).contains(&ratio), "{ratio}");
+    assert!((0.1..10.0).contains(&(first * pace / 10.0)), "{first} of {pace} s in 10 s");
+}
+
+/// A render goes on where it will soon be at its goal, not where it is there or will not be.
+#[test]
+fn renders_go_on_to_a_goal_that_is_near() {
+    let looks = [8, 16, 32, 64];
+    // 0.1 after 64 s, 0.05 after 256 s.
+    let points = render(0.0, 1.0, &looks);
+    let goal = |error: f64, seconds: u64| Goal { error, longest: Duration::from_secs(seconds) };
+    for (goal, near) in [
+        (goal(0.05, 65), true),
+        (goal(0.05, 63), false),
+        (goal(0.1001, 100), false),
+        (goal(0.0999, 100), true),
+        (goal(0.0, 100), false),
+    ] {
+        assert_eq!(goal.is_near(&points), near, "{goal:?}");
+    }
+    assert!(!goal(0.05, 100).is_near(&points[..1]), "a point is no line");
+    assert!(!goal(0.05, 100).is_near(&[]));
+}
+
+/// A render that is on its way looks more often, and ends when it is there or at the longest time.
+#[test]
+fn a_render_goes_on_to_its_goal() {
+    let scene = builtin("cornell").expect("a built-in scene");
+    let shot = |samples| {
+        let options = options([16, 16], samples);
+        Renderer::new(gpu::context(), &scene, RenderOptions { budget: Budget::default(), ..options })
+            .expect("a renderer")
+    };
+    let mut renderer = shot(0);
+    renderer.set_budget(Budget { samples: Some(20_000), ..Budget::default() });
+    renderer.run(|_| false).expect("a render");
+    let reference = renderer.picture().expect("a picture");
+    let mut gauge = Gauge::new(gpu::context()).expect("a gauge");
+    let mut run = |time: Duration, goal: Option<Goal>| {
+        let mut clock = gauge.clock().expect("a clock");
+        let plan = Plan { time: Some(time), samples: None, equal_samples: 8, goal };
+        measure(&mut shot(1), &plan, &reference, &mut clock, |_| false).expect("a render").expect("its end")
+    };
+    // Long enough for a few looks, however slow the device.
+    let mut time = Duration::from_millis(20);
+    let first = loop {
+        let points = run(time, None);
+        if points.len() >= 4 {
+            break points;
+        }
+        time *= 2;
+    };
+    // About four times the samples.
+    let error = 0.5 * first.last().expect("a look").mape;
+    let on = run(time, Some(Goal { error, longest: Duration::from_secs(600) }));
+    let (last, rest) = on.split_last().expect("looks");
+    assert!(last.mape <= error && rest.iter().all(|point| point.mape > error), "{error}: {on:?}");
+    let steps: Vec<f64> =
+        on.windows(2).map(|pair| f64::from(pair[1].samples) / f64::from(pair[0].samples)).collect();
+    assert!(steps.last().is_some_and(|&step| step < 1.7), "{steps:?}");
+    // That is too far: it ends by the clock.
+    let short = run(time, Some(Goal { error: 0.05 * error, longest: 2 * time }));
+    assert!(short.last().is_some_and(|last| last.mape > 0.05 * error), "{short:?}");
 }
 
 /// Renders that end by the clock at different samples: looks in common, then the ends.
@@ -312,6 +412,7 @@ fn bench_trade_refuses_what_makes_no_sense() {
         ("--target 0", "--target"),
         ("--seeds 0", "--seeds"),
         ("--at soon", "--at"),
+        ("--time 30s --longest 20s", "--longest"),
         ("--reference-error 0", "--reference-error"),
     ] {
         let run = case.run(&format!("bench trade builtin:cornell --size 8x8 {arguments}"));

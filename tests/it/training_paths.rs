@@ -3,7 +3,9 @@
 use halfway::accel::Accel;
 use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
-use halfway::integrator::{Lesson, Method, Region, Settings, Training, find_training_paths, train};
+use halfway::integrator::{
+    DEFAULT_ROULETTE_CAP, Lesson, Method, Region, Settings, Training, find_training_paths, train,
+};
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace;
@@ -16,7 +18,7 @@ const CONNECTIONS: u32 = 2;
 /// p0 + sum N Gamma / Q mass, over p: one for every path, if the density p of the mixture, and all parts of it that the
 /// host puts together from what kernels noted down, are right.
 #[track_caller]
-fn assert_densities_of_one(scene: &Scene) {
+fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let context = gpu::context();
     let accel = Accel::build(scene).expect("a tree");
     let device = DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
@@ -28,6 +30,7 @@ fn assert_densities_of_one(scene: &Scene) {
         height,
         region: Region { x: 0, y: 0, width, height },
         max_depth: None,
+        roulette_cap,
         seed: 3,
         method,
         strategy: None,
@@ -71,7 +74,8 @@ fn assert_densities_of_one(scene: &Scene) {
 fn densities_of_found_paths_sum_to_one() {
     // Lambert; sky, point, spot and sun; mirror, metal and glass; glass that absorbs.
     for name in ["cornell", "three-lights", "spheres"] {
-        assert_densities_of_one(&builtin(name).expect("a built-in scene"));
+        assert_densities_of_one(&builtin(name).expect("a built-in scene"), DEFAULT_ROULETTE_CAP);
     }
-    assert_densities_of_one(&dark_glass());
+    assert_densities_of_one(&dark_glass(), DEFAULT_ROULETTE_CAP);
+    assert_densities_of_one(&builtin("cornell").expect("a built-in scene"), 0.9);
 }

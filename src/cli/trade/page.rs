@@ -1,8 +1,10 @@
 //! The page: what a user wants to know first, how it was made last.
 
 use super::paper;
+use super::record::Drift;
 use super::results::{CandidateResult, KnobResult, SceneResult, Trade, file_name};
 use crate::cli::text::{grouped, ratio, short};
+use crate::math::statistics::median;
 use crate::render::trade::{Estimate, Honesty};
 
 /// The page as Markdown; `plots` is the folder of the plots, beside it.
@@ -54,25 +56,20 @@ impl Page<'_> {
         let trade = self.trade;
         self.say("## What to expect\n");
         self.say(
-            "Error after so much time, learning included; the least is bold. `~` is continued beyond what was measured, \
+            "Error after so much time, learning included; the least is bold, where it is known to be that. `~` is continued beyond what was measured, \
              by no more than a factor of four; `-` is beyond that, or before the first picture.\n",
         );
         let mut heads: Vec<String> = ["scene", "`halfway render`"].map(String::from).into();
         heads.extend(trade.times.iter().map(|&time| seconds(time)));
         let mut rows = Vec::new();
         for scene in &trade.scenes {
-            let least: Vec<f64> = (0..trade.times.len())
-                .map(|place| {
-                    let values = scene.integrators.iter().filter_map(|one| one.summary.expected[place]);
-                    values.map(|estimate| estimate.value).fold(f64::INFINITY, f64::min)
-                })
-                .collect();
+            let best: Vec<Option<usize>> = (0..trade.times.len()).map(|place| scene.best(place)).collect();
             for (index, one) in scene.integrators.iter().enumerate() {
                 let name = if index == 0 { format!("**{}**", scene.name) } else { String::new() };
                 let mut row = vec![name, format!("`{}`", one.flags)];
-                for (estimate, least) in one.summary.expected.iter().zip(&least) {
+                for (estimate, best) in one.summary.expected.iter().zip(&best) {
                     row.push(match estimate {
-                        Some(estimate) if estimate.value == *least => format!("**{}**", share(estimate)),
+                        Some(estimate) if *best == Some(index) => format!("**{}**", share(estimate)),
                         Some(estimate) => share(estimate),
                         None => "-".into(),
                     });
@@ -95,8 +92,8 @@ impl Page<'_> {
     /// What to use for a scene, in a sentence.
     fn advice(&mut self, scene: &SceneResult) {
         let best_at = |place: usize| -> Option<(&CandidateResult, Estimate)> {
-            let known = scene.integrators.iter().filter_map(|one| Some((one, one.summary.expected[place]?)));
-            known.min_by(|a, b| a.1.value.total_cmp(&b.1.value))
+            let one = &scene.integrators[scene.best(place)?];
+            Some((one, one.summary.expected[place]?))
         };
         let mut parts: Vec<String> = Vec::new();
         let mut last = "";
@@ -169,15 +166,24 @@ impl Page<'_> {
         };
         let mut rows = Vec::new();
         for scene in &self.trade.scenes {
-            let (Some((name, theirs)), Some(slow), Some(fast)) =
-                (paper::speedup(&scene.name), find(scene, "lvcbpt"), find(scene, "spcbpt"))
+            let (Some(theirs), Some(slow), Some(fast)) =
+                (paper::figures(&scene.name), find(scene, "lvcbpt"), find(scene, "spcbpt"))
             else {
                 continue;
             };
-            let time = |index: usize| scene.integrators[index].summary.target.seconds.value;
-            let ours = time(slow) / time(fast);
+            let target = |index: usize| &scene.integrators[index].summary.target;
+            let ours = target(slow).seconds.value / target(fast).seconds.value;
             let ours = if ours.is_finite() && ours > 0.0 { short(ours) } else { "-".into() };
-            rows.push(vec![scene.name.clone(), ours, name.into(), format!("{theirs:.1}")]);
+            let [slow_iterations, fast_iterations] = theirs.iterations.map(|count| grouped(count.into()));
+            rows.push(vec![
+                scene.name.clone(),
+                ours,
+                format!("{:.1}", theirs.speedup()),
+                count(&target(slow).samples),
+                slow_iterations,
+                count(&target(fast).samples),
+                fast_iterations,
+            ]);
         }
         if rows.is_empty() {
             return;
@@ -185,10 +191,13 @@ impl Page<'_> {
         self.say("### Beside the paper\n");
         self.say(
             "Time of `lvcbpt` over that of `spcbpt`, learning included, as the paper compares them (Su, Li, Wang, SPCBPT, \
-             SIGGRAPH 2022, to 12 %). The scenes have the name in common, not the model, nor the size, nor the device; \
-             both programs, and what counts as a relative error near black, differ as well.\n",
+             SIGGRAPH 2022, to 12 %), and the samples a pixel of each beside the paper's iterations. The scenes have the name in \
+             common, not the model, nor the size, nor the device; both programs, and what counts as a relative error near \
+             black, differ as well.\n",
         );
-        let heads = ["scene", "here", "the paper's scene", "there"].map(String::from);
+        let heads =
+            ["scene", "here", "there", "lvcbpt's samples here", "there", "spcbpt's samples here", "there"]
+                .map(String::from);
         self.table(&heads, 1, &rows);
     }
 
@@ -217,12 +226,13 @@ impl Page<'_> {
     fn efficiency(&mut self) {
         self.say("## Efficiency and bias\n");
         self.say(&format!(
-            "At the ends of the renders, after {}: 1 / (relMSE x time), once by the time of rendering alone and once by all. \
+            "At the ends of the renders, after {}{}: 1 / (relMSE x time), once by the time of rendering alone and once by all. \
              From relMSE, not from MAPE, the noise of the reference is subtracted. `trimmed` is relMSE without its largest \
              0.1 %, nothing subtracted: far less means few very bright pixels. The mean ratio is the picture's mean over \
              the reference's, +- its standard error by the seeds: few seeds know that badly, but far beyond it from 1 \
              something is biased, or has not been found yet.\n",
-            seconds(self.trade.seconds)
+            seconds(self.trade.seconds),
+            self.longest()
         ));
         let heads = [
             "scene",
@@ -239,7 +249,8 @@ impl Page<'_> {
         ];
         let row = |one: &CandidateResult| {
             let (alone, all) = (&one.summary.efficiency, &one.summary.efficiency_with_learning);
-            let samples = one.summary.curve.last().map_or(0.0, |end| end.samples);
+            let ends = one.runs.iter().filter_map(|points| points.last());
+            let samples = median(&ends.map(|end| f64::from(end.samples)).collect::<Vec<_>>());
             let error = alone.mean_ratio_error.map_or(String::new(), |error| format!(" +- {error:.4}"));
             let known = |value: Option<f64>| value.map_or("-".into(), short);
             vec![
@@ -257,6 +268,14 @@ impl Page<'_> {
         self.by_scene(&heads, row);
     }
 
+    /// How long renders go on that are on their way.
+    fn longest(&self) -> String {
+        let trade = self.trade;
+        trade.longest.map_or(String::new(), |longest| {
+            format!(" (up to {} on the way to {})", seconds(longest), level(trade.target))
+        })
+    }
+
     fn knobs(&mut self) {
         let trade = self.trade;
         if trade.scenes.iter().all(|scene| scene.knobs.is_empty()) {
@@ -268,11 +287,45 @@ impl Page<'_> {
              when a value is on the front of all: nothing else tried had less error after as much time. `times as fast` is to \
              the first row; an interval that holds 1 is no difference that anyone has seen.\n",
         );
+        if trade.scenes.len() > 1 {
+            self.knobs_at_a_glance();
+        }
         for scene in &trade.scenes {
             for knob in &scene.knobs {
                 self.knob(scene, knob);
             }
         }
+    }
+
+    /// A row for each value of each knob, a column for each scene.
+    fn knobs_at_a_glance(&mut self) {
+        let scenes = &self.trade.scenes;
+        self.say(&format!(
+            "How many times as fast {} is met as without the setting, learning included, in each scene, and their \
+             geometric mean where all are known.\n",
+            level(self.trade.target)
+        ));
+        let mut heads = vec!["setting".to_string()];
+        heads.extend(scenes.iter().map(|scene| scene.name.clone()));
+        heads.push("all".into());
+        let mut rows = Vec::new();
+        for (place, knob) in scenes[0].knobs.iter().enumerate() {
+            for (value, one) in knob.values.iter().enumerate().skip(1) {
+                let ratios: Vec<Option<f64>> = scenes
+                    .iter()
+                    .map(|scene| Some(scene.knobs[place].values[value].summary.target.speedup?.median))
+                    .collect();
+                let mut row = vec![format!("`{}`", one.flags)];
+                row.extend(
+                    ratios.iter().map(|ratio| ratio.map_or("-".into(), |ratio| format!("{ratio:.2}"))),
+                );
+                let logarithms: Option<f64> = ratios.iter().map(|ratio| ratio.map(f64::ln)).sum();
+                let mean = logarithms.map(|sum| (sum / ratios.len() as f64).exp());
+                row.push(mean.map_or("-".into(), |mean| format!("{mean:.2}")));
+                rows.push(row);
+            }
+        }
+        self.table(&heads, 1, &rows);
     }
 
     fn knob(&mut self, scene: &SceneResult, knob: &KnobResult) {
@@ -333,10 +386,19 @@ impl Page<'_> {
             None => seconds(trade.seconds),
         };
         self.say(&format!(
-            "{}, {}, Halfway {}. {} seeds of each, {end} a render, integrators by turns. A point on a curve is of a render \
+            "{}, {}, Halfway {}. {} seeds of each, {end} a render{}, integrators by turns. A point on a curve is of a render \
              that went on to its end; one that is asked for less time may learn less.\n\n```\n{}\n```\n",
-            trade.date, trade.device, trade.version, trade.seeds, trade.command
+            trade.date, trade.device, trade.version, trade.seeds, self.longest(), trade.command
         ));
+        if let Some(Drift { best, worst, .. }) = trade.drift {
+            self.say(&format!(
+                "Machines that others share are not always as fast. The same small work was timed before and after learning and \
+                 every other second of rendering, and times are scaled by that to the usual pace: single renders went at {} \
+                 to {} times the usual time.\n",
+                short(best),
+                short(worst)
+            ));
+        }
         let heads = ["scene", "reference", "its own MAPE", "checked by"].map(String::from);
         let rows: Vec<Vec<String>> = trade
             .scenes

@@ -20,6 +20,7 @@ pub struct Key {
     pub size: [u32; 2],
     pub camera: usize,
     pub max_depth: Option<u32>,
+    pub roulette_cap: f32,
     /// As it is written on the command line, and with all that this means.
     pub integrator: String,
     pub settings: String,
@@ -28,6 +29,9 @@ pub struct Key {
     pub milliseconds: Option<u64>,
     pub samples: Option<u32>,
     pub equal_samples: u32,
+    /// The error that a render goes on to, and for how long at most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<(f64, u64)>,
     /// Hash of the picture that it was compared with.
     pub reference: String,
 }
@@ -38,6 +42,31 @@ pub struct Record {
     #[serde(flatten)]
     pub key: Key,
     pub points: Vec<Point>,
+}
+
+/// How a device's speed changed while renders were measured.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Drift {
+    /// Seconds for the work of the gauge, over all that was measured.
+    pub usual_pace: f64,
+    /// That of the fastest and of the slowest render over it.
+    pub best: f64,
+    pub worst: f64,
+}
+
+impl Drift {
+    /// Of renders; `None` without any.
+    pub fn of<'a>(renders: impl Iterator<Item = &'a [Point]>) -> Option<Self> {
+        let ends: Vec<&Point> = renders.filter_map(<[Point]>::last).collect();
+        let (seconds, work) = ends.iter().fold((0.0, 0.0), |(seconds, work), end| {
+            (seconds + end.total_seconds(), work + end.total_work())
+        });
+        let usual_pace = seconds / work;
+        let over = |end: &&Point| end.total_seconds() / end.total_work() / usual_pace;
+        let best = ends.iter().map(over).min_by(f64::total_cmp)?;
+        let worst = ends.iter().map(over).max_by(f64::total_cmp)?;
+        Some(Self { usual_pace, best, worst })
+    }
 }
 
 /// The file, and what is in it.

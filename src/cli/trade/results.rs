@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::plot::{Curve, Line, Plot};
+use super::record::Drift;
 use crate::cli::candidate::{Candidate, Knob};
 use crate::cli::reference::Reference;
 use crate::cli::subject::Subject;
@@ -23,10 +24,15 @@ pub struct Trade {
     pub seeds: u32,
     /// The budget of each.
     pub seconds: f64,
+    /// The same for a render that goes on to the target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
     pub target: f64,
     pub times: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drift: Option<Drift>,
     pub equal_samples: u32,
     pub scenes: Vec<SceneResult>,
 }
@@ -141,6 +147,17 @@ impl SceneResult {
             seen.push(&one.label);
             is_new
         })
+    }
+
+    /// Which integrator has the least error after that one of the times; `None` where it is one of which that is not
+    /// known, as its error was less before.
+    pub fn best(&self, place: usize) -> Option<usize> {
+        let expected =
+            |one: &CandidateResult| one.summary.expected[..=place].iter().flatten().last().copied();
+        let last =
+            self.integrators.iter().enumerate().filter_map(|(index, one)| Some((index, expected(one)?)));
+        let (index, _) = last.min_by(|a, b| a.1.value.total_cmp(&b.1.value))?;
+        self.integrators[index].summary.expected[place].map(|_| index)
     }
 
     /// The least error that is told.
