@@ -1,14 +1,34 @@
 //! Runs a small kernel of a test on the device: WGSL text that imports `shaders/lib`, buffers in, buffers out.
 
-use std::sync::OnceLock;
+use std::sync::{Mutex, PoisonError};
 
 use halfway::device::shader::{Features, stitch_text};
 use halfway::device::{BufferTable, Context, DeviceChoice, Kernel};
 
-/// The device all tests share.
+/// Devices that no test has now.
+static FREE: Mutex<Vec<&'static Context>> = Mutex::new(Vec::new());
+
+/// A device for as long as a thread lives, which is as long as its test.
+struct Lease(&'static Context);
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        FREE.lock().unwrap_or_else(PoisonError::into_inner).push(self.0);
+    }
+}
+
+thread_local! {
+    static LEASE: Lease = {
+        let free = FREE.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let open = || Context::new(&DeviceChoice::Auto).expect("a Vulkan device that computes rightly");
+        Lease(free.unwrap_or_else(|| Box::leak(Box::new(open()))))
+    };
+}
+
+/// The device of this test. Tests that run at the same time have one each: a software device compiles kernels on its only
+/// queue, where others would wait for it.
 pub fn context() -> &'static Context {
-    static CONTEXT: OnceLock<Context> = OnceLock::new();
-    CONTEXT.get_or_init(|| Context::new(&DeviceChoice::Auto).expect("a Vulkan device that computes rightly"))
+    LEASE.with(|lease| lease.0)
 }
 
 /// Runs `kernel` (entry point `main`, workgroup size as it says) with at least `invocations` invocations.
