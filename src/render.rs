@@ -101,7 +101,7 @@ impl Default for RenderOptions {
 
 impl RenderOptions {
     /// The part that is rendered.
-    fn region(&self) -> Region {
+    pub fn region(&self) -> Region {
         self.crop.unwrap_or(Region { x: 0, y: 0, width: self.width, height: self.height })
     }
 }

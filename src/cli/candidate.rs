@@ -45,6 +45,13 @@ impl Candidate {
             InputError::Usage(format!("the integrator '{label}': {}", line.join(" ")))
         })?;
         let (method, training) = (parsed.method.method()?, parsed.method.training()?);
+        if training.when == Some(When::Meanwhile) {
+            return Err(InputError::Usage(format!(
+                "the integrator '{label}': benchmarks stop a render's clock to look at it, and learning would go on for \
+                 nothing; leave out learn=meanwhile, and measure it by 'halfway render --learn meanwhile --reference \
+                 REF.exr --trace-error FILE.csv'"
+            )));
+        }
         // Who is measured does the same every time.
         let training = Training { when: training.when.or(Some(When::First)), ..training };
         Ok(Self { label: label.to_owned(), method, training, paths: parsed.paths })

@@ -18,6 +18,7 @@ mod render;
 mod strategies;
 mod subject;
 mod text;
+mod trace;
 mod trade;
 mod train;
 

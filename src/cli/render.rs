@@ -15,11 +15,13 @@ use super::input::{
 use super::method::MethodArgs;
 use super::picture::{PictureArgs, ViewArgs};
 use super::progress::{self, Meter};
+use super::trace::TraceArgs;
 use super::train::held_out_gain;
 use super::{Exit, strategies};
 use crate::device::Context;
 use crate::film::{Picture, exr, png, tev};
 use crate::integrator::{Method, Region, When};
+use crate::render::trade::Point;
 use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
 use crate::subspace::Model;
@@ -71,6 +73,8 @@ pub struct RenderArgs {
     /// Write a report with times, memory, rays and features.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+    #[command(flatten)]
+    trace: TraceArgs,
     /// Show the picture in the tev viewer while it renders (default address 127.0.0.1:14158).
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS)]
     tev: Option<String>,
@@ -104,6 +108,8 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     if let Some(debug) = args.debug {
         debug.check(options.method)?;
     }
+    let shown = options.region();
+    let mut trace = args.trace.open(shown.width, shown.height)?;
     let scene_hash = scene.content_hash();
     if let Some(path) = &args.model {
         options.model = Some(load_model(path, scene_hash, options.method)?);
@@ -131,16 +137,20 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     };
     let record = Record { args, origin };
     let stop = loop {
-        // A pause of the loop, to save or to show the picture, is no end.
+        // A pause of the loop, to save, to show or to judge the picture, is no end.
         let mut pause = false;
         let stop = renderer.run(|progress| {
             show(&mut meter, progress, &options.budget);
             pause = args.save_every.is_some_and(|every| last_save.elapsed() >= every)
-                || (viewer.is_some() && last_view.elapsed() >= Duration::from_secs(1));
+                || (viewer.is_some() && last_view.elapsed() >= Duration::from_secs(1))
+                || trace.as_ref().is_some_and(|trace| trace.is_due(progress.samples));
             pause || progress::interrupted()
         })?;
         if !pause || progress::interrupted() {
             break stop;
+        }
+        if let Some(trace) = trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
+            trace.look(&mut renderer)?;
         }
         let picture = renderer.picture()?;
         if let Some(viewer) = &mut viewer {
@@ -163,8 +173,15 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     if let Some(path) = &args.stats {
         write_stats(path, &report, &context, load_seconds)?;
     }
+    let judged = trace.as_mut().map(|trace| trace.look(&mut renderer)).transpose()?;
     if !quiet {
         summary(&report, load_seconds, &options);
+        if let Some(Point { mape, relmse, mean_ratio, .. }) = judged {
+            eprintln!(
+                "against the reference: MAPE {:.2} %, relMSE {relmse:.3e}, mean ratio {mean_ratio:.4}",
+                100.0 * mape
+            );
+        }
     }
     for output in &outputs {
         println!("{}", output.display());

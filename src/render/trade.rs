@@ -109,6 +109,21 @@ pub struct Point {
 }
 
 impl Point {
+    /// The names of [`row`](Self::row).
+    pub const COLUMNS: &str = "samples,seconds,preprocessing_seconds,total_seconds,mape,relmse,relmse_trimmed,mean_ratio,\
+                               estimated_mape,non_finite";
+
+    /// As a line of a CSV file.
+    pub fn row(&self) -> String {
+        let Self { samples, seconds, preprocessing_seconds, mape, relmse, relmse_trimmed, mean_ratio, .. } = self;
+        let total = self.total_seconds();
+        let estimate = self.estimated_error.map_or(String::new(), |error| error.to_string());
+        format!(
+            "{samples},{seconds},{preprocessing_seconds},{total},{mape},{relmse},{relmse_trimmed},{mean_ratio},{estimate},{}",
+            self.non_finite
+        )
+    }
+
     pub fn total_seconds(&self) -> f64 {
         self.seconds + self.preprocessing_seconds
     }
@@ -125,6 +140,32 @@ impl Point {
     pub fn errors(&self) -> Errors {
         Errors { mape: self.mape, relmse: self.relmse, relmse_trimmed: self.relmse_trimmed }
     }
+}
+
+/// Compares what a renderer has made so far with a reference; `work` is that of rendering and of learning before.
+///
+/// # Errors
+/// A lost device, a reference that nothing can be compared with.
+pub fn look(
+    renderer: &mut Renderer,
+    reference: &Picture,
+    [work, preprocessing_work]: [f64; 2],
+) -> Result<Point, RenderError> {
+    let (report, picture) = (renderer.report()?, renderer.radiance()?);
+    let Errors { mape, relmse, relmse_trimmed } = metric::errors(&picture, reference)?;
+    Ok(Point {
+        samples: report.samples,
+        seconds: report.seconds,
+        preprocessing_seconds: report.preprocessing_seconds,
+        work,
+        preprocessing_work,
+        mape,
+        relmse,
+        relmse_trimmed,
+        mean_ratio: metric::mean_ratio(&picture, reference).ratio,
+        estimated_error: report.estimated_error,
+        non_finite: report.non_finite,
+    })
 }
 
 /// Renders by a plan; looking does not count as time. `clock` has seen what came before. `None` where `interrupted` said so,
@@ -146,11 +187,11 @@ pub fn measure(
     // Of a render that goes on to its goal.
     let mut goal: Option<Goal> = None;
     loop {
-        let look = match (goal, points.last()) {
+        let next = match (goal, points.last()) {
             (Some(_), Some(last)) => plan.look_after(last.samples),
             _ => looks.next(),
         };
-        let Some(samples) = look else { break };
+        let Some(samples) = next else { break };
         let time = goal.map(|goal| goal.longest).or(plan.time);
         // The clock runs in `run` alone.
         renderer.set_budget(Budget { samples: Some(samples), time, error: None });
@@ -174,21 +215,7 @@ pub fn measure(
                 break (stop, work);
             }
         };
-        let (report, picture) = (renderer.report()?, renderer.picture()?);
-        let Errors { mape, relmse, relmse_trimmed } = metric::errors(&picture, reference)?;
-        points.push(Point {
-            samples: report.samples,
-            seconds: report.seconds,
-            preprocessing_seconds: report.preprocessing_seconds,
-            work,
-            preprocessing_work,
-            mape,
-            relmse,
-            relmse_trimmed,
-            mean_ratio: metric::mean_ratio(&picture, reference).ratio,
-            estimated_error: report.estimated_error,
-            non_finite: report.non_finite,
-        });
+        points.push(look(renderer, reference, [work, preprocessing_work])?);
         match goal {
             Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
                 break;

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use halfway::film::average::average;
-use halfway::film::metric::ReferenceNoise;
+use halfway::film::metric::{self, ReferenceNoise};
 use halfway::film::{Attribute, Layer, Picture};
 use halfway::math::curve::{self, Crossing, front};
 use halfway::render::pace::Gauge;
@@ -354,8 +354,10 @@ fn bench_trade_has_every_figure_and_goes_on_where_it_was() {
     ] {
         assert!(page.contains(phrase), "'{phrase}' not in\n{page}");
     }
-    for figure in ["NaN", "inf", "| - ", "not met"] {
-        assert!(!page.contains(figure), "'{figure}' in\n{page}");
+    // The last column of a knob's table says `-` of a value that is never the best.
+    let rows: Vec<&str> = page.lines().map(|line| line.strip_suffix(" - |").unwrap_or(line)).collect();
+    for missing in ["NaN", "inf", "| - ", "not met"] {
+        assert!(rows.iter().all(|line| !line.contains(missing)), "'{missing}' in\n{page}");
     }
     let plots: Vec<&str> = page.split("](page/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
     assert_eq!(plots, ["cornell-time.svg", "cornell-samples.svg", "cornell-connections-of-lvcbpt.svg"]);
@@ -414,12 +416,51 @@ fn bench_trade_refuses_what_makes_no_sense() {
         ("--at soon", "--at"),
         ("--time 30s --longest 20s", "--longest"),
         ("--reference-error 0", "--reference-error"),
+        ("--integrators spcbpt:learn=meanwhile", "learn=meanwhile"),
     ] {
         let run = case.run(&format!("bench trade builtin:cornell --size 8x8 {arguments}"));
         run.assert(2, &[phrase]);
         assert!(run.printed.is_empty() && case.files().is_empty(), "{arguments} left {:?}", case.files());
     }
     case.run("bench trade").assert(2, &["SCENE"]);
+}
+
+/// One render's own errors: by doubling samples to the last, which are those that `compare` finds in the file.
+#[test]
+fn render_traces_its_error() {
+    let case = Case::new();
+    let render = "render builtin:cornell --size 16x16";
+    case.run(&format!("{render} --spp 512 --seed 1 -o ref.exr")).assert(0, &[]);
+    let run = case.run(&format!("{render} --spp 100 -o a.exr --reference ref.exr --trace-error error.csv"));
+    run.assert(0, &["against the reference: MAPE"]);
+    let text = std::fs::read_to_string(case.path("error.csv")).expect("a file");
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().expect("names").split(',').collect();
+    let rows: Vec<Vec<f64>> = lines
+        .map(|line| line.split(',').map(|value| value.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>())
+        .collect();
+    let column = |name: &str| -> Vec<f64> {
+        let index = names.iter().position(|&other| other == name).expect(name);
+        rows.iter().map(|row| row[index]).collect()
+    };
+    let (samples, seconds, mape) = (column("samples"), column("total_seconds"), column("mape"));
+    assert!(samples.len() >= 3 && samples.last() == Some(&100.0), "{text}");
+    let middle = &samples[..samples.len() - 1];
+    assert!(middle.windows(2).all(|pair| pair[1] >= 2.0 * pair[0]), "{text}");
+    assert!(seconds.windows(2).all(|pair| pair[1] > pair[0]), "{text}");
+    assert!(mape[0] > *mape.last().expect("rows"), "{text}");
+    let found = metric::errors(&case.picture("a.exr"), &case.picture("ref.exr")).expect("comparable");
+    assert_close(*mape.last().expect("rows"), found.mape);
+
+    let refuse = |arguments: &str, phrase: &str| {
+        let run = case.run(&format!("{render} --spp 1 -o b.exr {arguments}"));
+        run.assert(2, &[phrase]);
+        assert!(!case.path("b.exr").exists(), "{arguments}");
+    };
+    refuse("--trace-error b.csv", "--reference");
+    refuse("--reference missing.exr", "missing.exr");
+    refuse("--reference ref.exr --crop 0,0,8,8", "16 x 16");
+    refuse("--reference ref.exr --trace-error nowhere/b.csv", "nowhere/b.csv");
 }
 
 /// Ctrl-C ends it after the round and says how to go on.

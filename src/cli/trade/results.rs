@@ -213,31 +213,23 @@ impl Trade {
 
     /// Every look at every render.
     pub fn csv(&self) -> String {
-        let mut csv = String::from(
-            "scene,integrator,seed,samples,seconds,preprocessing_seconds,total_seconds,mape,relmse,\
-             relmse_without_reference_noise,relmse_trimmed,mean_ratio,estimated_mape,estimated_over_measured,non_finite\n",
+        let columns = Point::COLUMNS;
+        let mut csv = format!(
+            "scene,integrator,seed,{columns},relmse_without_reference_noise,estimated_over_measured\n"
         );
         for scene in &self.scenes {
+            let name = scene.name.replace('"', "\"\"");
             let noise = scene.reference.noise.map_or(0.0, |noise| noise.relmse);
             for one in scene.all() {
                 for (seed, points) in one.runs.iter().enumerate() {
                     for point in points {
-                        let Point { samples, seconds, preprocessing_seconds: before, mape, relmse, .. } =
-                            point;
-                        let [estimate, honesty] = match point.estimated_error {
-                            Some(error) => [error.to_string(), (error / mape).to_string()],
-                            None => [String::new(), String::new()],
-                        };
+                        let honesty = point.estimated_error.map(|error| (error / point.mape).to_string());
                         csv += &format!(
-                            "\"{}\",\"{}\",{seed},{samples},{seconds},{before},{},{mape},{relmse},{},{},{},\
-                             {estimate},{honesty},{}\n",
-                            scene.name.replace('"', "\"\""),
+                            "\"{name}\",\"{}\",{seed},{},{},{}\n",
                             one.label,
-                            point.total_seconds(),
-                            relmse - noise,
-                            point.relmse_trimmed,
-                            point.mean_ratio,
-                            point.non_finite,
+                            point.row(),
+                            point.relmse - noise,
+                            honesty.unwrap_or_default(),
                         );
                     }
                 }

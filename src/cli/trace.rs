@@ -1,0 +1,86 @@
+//! `halfway render --reference REF.exr --trace-error FILE.csv`: how the error falls while a picture converges.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use clap::Args;
+
+use super::input::check_folder;
+use crate::film::Picture;
+use crate::film::metric;
+use crate::render::Renderer;
+use crate::render::trade::{Point, look};
+
+/// Options of a render whose picture is known better already.
+#[derive(Args, Debug)]
+pub struct TraceArgs {
+    /// A better picture of the same view and size: the error against it is told at the end.
+    #[arg(long, value_name = "REF.exr")]
+    reference: Option<PathBuf>,
+    /// Write the error against --reference by samples and seconds, whenever samples have doubled and at the end. Looking
+    /// takes none of the time that is written.
+    #[arg(long, value_name = "FILE.csv", requires = "reference")]
+    trace_error: Option<PathBuf>,
+}
+
+/// A reference, and what became of the error against it.
+pub struct Trace {
+    reference: Picture,
+    file: Option<(File, PathBuf)>,
+    last: Option<Point>,
+}
+
+impl TraceArgs {
+    /// Reads the reference of a picture of so many pixels and begins the file. `None` where nobody asked.
+    ///
+    /// # Errors
+    /// A reference that cannot be read or is of another size; a file that cannot be written.
+    pub fn open(&self, width: u32, height: u32) -> anyhow::Result<Option<Trace>> {
+        let Some(path) = &self.reference else { return Ok(None) };
+        let reference = Picture::read(path)?;
+        let blank = Picture::new(width, height, vec![[0.0; 3]; width as usize * height as usize]);
+        metric::errors(&blank, &reference).with_context(|| format!("--reference {}", path.display()))?;
+        let mut trace = Trace { reference, file: None, last: None };
+        if let Some(path) = &self.trace_error {
+            check_folder(path)?;
+            let file = File::create(path).with_context(|| cannot_write(path))?;
+            trace.file = Some((file, path.clone()));
+            trace.write(Point::COLUMNS)?;
+        }
+        Ok(Some(trace))
+    }
+}
+
+impl Trace {
+    /// Whether it is time for a look.
+    pub fn is_due(&self, samples: u32) -> bool {
+        self.file.is_some() && samples >= self.last.map_or(1, |last| last.samples.saturating_mul(2))
+    }
+
+    /// Compares what there is, and writes it down.
+    ///
+    /// # Errors
+    /// A lost device, a full disk.
+    pub fn look(&mut self, renderer: &mut Renderer) -> anyhow::Result<Point> {
+        // Times are the clock's; the device's pace is for benchmarks.
+        let point = look(renderer, &self.reference, [0.0; 2])?;
+        if self.last.is_none_or(|last| last.samples < point.samples) {
+            self.write(&point.row())?;
+        }
+        self.last = Some(point);
+        Ok(point)
+    }
+
+    fn write(&mut self, line: &str) -> anyhow::Result<()> {
+        match &mut self.file {
+            Some((file, path)) => writeln!(file, "{line}").with_context(|| cannot_write(path)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write the errors to {}", path.display())
+}
