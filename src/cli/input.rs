@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use crate::device::{Context, DeviceChoice};
 use crate::error::DeviceError;
+use crate::film::Picture;
 use crate::integrator::Region;
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Camera, Environment, Pose, Projection, Scene, builtin};
@@ -388,6 +389,24 @@ pub fn check_folder(output: &Path) -> Result<(), InputError> {
         ))),
         None => Ok(()),
     }
+}
+
+/// What a picture of so many pixels is to be compared with.
+///
+/// # Errors
+/// A file that cannot be read, or a picture of another size.
+pub fn read_reference(path: &Path, [width, height]: [u32; 2]) -> anyhow::Result<Picture> {
+    let reference = Picture::read(path)?;
+    if [reference.width, reference.height] != [width, height] {
+        return Err(InputError::Usage(format!(
+            "the reference {} has {}x{} pixels, the picture {width}x{height}; render it as the reference was (--size, --crop)",
+            path.display(),
+            reference.width,
+            reference.height
+        ))
+        .into());
+    }
+    Ok(reference)
 }
 
 /// The default name of what is made of a scene: the scene's own.

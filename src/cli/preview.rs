@@ -8,12 +8,12 @@ use clap::Args;
 use super::Exit;
 use super::input::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device,
+    read_reference,
 };
 use super::method::{IntegratorName, MethodArgs};
 use super::picture::{PictureArgs, ViewArgs};
 use super::progress;
 use super::render::{load_model, say_what_is_missing};
-use crate::film::Picture;
 use crate::integrator::{DEFAULT_CONNECTIONS, Method, Training};
 use crate::preview::{self, Display, SLOTS, Settings};
 use crate::render::RenderOptions;
@@ -78,25 +78,8 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
     let scene = load(&args.scene, &args.camera)?;
     say_what_is_missing(&scene);
     let [width, height] = args.picture.size(&scene);
-    let reference = args.reference.as_deref().map(Picture::read).transpose()?;
-    if let Some(reference) = &reference
-        && [reference.width, reference.height] != [width, height]
-    {
-        return Err(InputError::Usage(format!(
-            "the reference has {}x{} pixels, the picture {width}x{height}; add --size {}x{}",
-            reference.width, reference.height, reference.width, reference.height
-        ))
-        .into());
-    }
-    progress::install_interrupt();
-    let context = open_device(&args.picture.device, quiet)?;
-    let most = context.device.limits().max_texture_dimension_2d;
-    if width.max(height) > most {
-        return Err(InputError::Usage(format!(
-            "a window on this device shows at most {most} pixels a side; take a smaller --size"
-        ))
-        .into());
-    }
+    let reference =
+        args.reference.as_deref().map(|path| read_reference(path, [width, height])).transpose()?;
     let slot = NAMES.iter().position(|&name| name == args.method.integrator()).unwrap_or(0);
     let mut methods = [
         Method::Path,
@@ -115,6 +98,15 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
         Some(path) => Some(load_model(path, scene.content_hash(), methods[slot])?),
         None => None,
     };
+    progress::install_interrupt();
+    let context = open_device(&args.picture.device, quiet)?;
+    let most = context.device.limits().max_texture_dimension_2d;
+    if width.max(height) > most {
+        return Err(InputError::Usage(format!(
+            "a window on this device shows at most {most} pixels a side; take a smaller --size"
+        ))
+        .into());
+    }
     // The window places its camera itself.
     let options = args.picture.options(&scene, 0);
     let options = RenderOptions { seed: args.seed, model, training, ..options };

@@ -102,14 +102,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
 
-    progress::install_interrupt();
-    let context = open_device(&args.picture.device, quiet)?;
     let mut options = options(args, &scene, camera)?;
     if let Some(debug) = args.debug {
         debug.check(options.method)?;
     }
-    let shown = options.region();
-    let mut trace = args.trace.open(shown.width, shown.height)?;
     let scene_hash = scene.content_hash();
     if let Some(path) = &args.model {
         options.model = Some(load_model(path, scene_hash, options.method)?);
@@ -118,6 +114,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         Some(_) => strategies::list(options.method, options.max_depth)?,
         None => Vec::new(),
     };
+    let shown = options.region();
+    let mut trace = args.trace.open([shown.width, shown.height])?;
+
+    progress::install_interrupt();
+    let context = open_device(&args.picture.device, quiet)?;
     let mut prepared = Prepared::new(&context, &scene, options.clone())?;
     let mut learning = Duration::ZERO;
     if prepared.learns() == Some(When::First) {

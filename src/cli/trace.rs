@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 
-use super::input::check_folder;
+use super::input::{check_folder, read_reference};
 use crate::film::Picture;
-use crate::film::metric;
 use crate::render::Renderer;
 use crate::render::trade::{Point, look};
 
@@ -37,11 +36,9 @@ impl TraceArgs {
     ///
     /// # Errors
     /// A reference that cannot be read or is of another size; a file that cannot be written.
-    pub fn open(&self, width: u32, height: u32) -> anyhow::Result<Option<Trace>> {
+    pub fn open(&self, size: [u32; 2]) -> anyhow::Result<Option<Trace>> {
         let Some(path) = &self.reference else { return Ok(None) };
-        let reference = Picture::read(path)?;
-        let blank = Picture::new(width, height, vec![[0.0; 3]; width as usize * height as usize]);
-        metric::errors(&blank, &reference).with_context(|| format!("--reference {}", path.display()))?;
+        let reference = read_reference(path, size)?;
         let mut trace = Trace { reference, file: None, last: None };
         if let Some(path) = &self.trace_error {
             check_folder(path)?;

@@ -115,7 +115,9 @@ impl Point {
 
     /// As a line of a CSV file.
     pub fn row(&self) -> String {
-        let Self { samples, seconds, preprocessing_seconds, mape, relmse, relmse_trimmed, mean_ratio, .. } = self;
+        let Self {
+            samples, seconds, preprocessing_seconds, mape, relmse, relmse_trimmed, mean_ratio, ..
+        } = self;
         let total = self.total_seconds();
         let estimate = self.estimated_error.map_or(String::new(), |error| error.to_string());
         format!(

@@ -459,7 +459,7 @@ fn render_traces_its_error() {
     };
     refuse("--trace-error b.csv", "--reference");
     refuse("--reference missing.exr", "missing.exr");
-    refuse("--reference ref.exr --crop 0,0,8,8", "16 x 16");
+    refuse("--reference ref.exr --crop 0,0,8,8", "16x16");
     refuse("--reference ref.exr --trace-error nowhere/b.csv", "nowhere/b.csv");
 }
 
