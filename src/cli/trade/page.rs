@@ -427,7 +427,8 @@ fn level(value: f64) -> String {
 }
 
 fn seconds(value: f64) -> String {
-    if value >= 120.0 { format!("{} min", value / 60.0) } else { format!("{value} s") }
+    // Minutes where a tenth of one is exact.
+    if value >= 120.0 && value % 6.0 == 0.0 { format!("{} min", value / 60.0) } else { format!("{value} s") }
 }
 
 fn tilde(estimate: &Estimate) -> &'static str {
@@ -473,4 +474,15 @@ fn count(estimate: &Estimate) -> String {
         return "-".into();
     }
     format!("{}{}", tilde(estimate), grouped(estimate.value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seconds;
+
+    #[test]
+    fn times_are_short() {
+        let told = [1.5, 60.0, 120.0, 150.0, 400.0].map(seconds);
+        assert_eq!(told, ["1.5 s", "60 s", "2 min", "2.5 min", "400 s"]);
+    }
 }
