@@ -32,7 +32,7 @@ pub enum Quality {
     /// Up to five lessons, as long as the last one was worth it.
     #[default]
     Normal,
-    /// Seven lessons, however little the last one taught: for renders of many minutes.
+    /// Seven lessons, however little the last one taught, of up to six million connections: for renders of many minutes.
     High,
 }
 

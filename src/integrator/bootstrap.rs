@@ -13,7 +13,9 @@ use crate::error::{DeviceError, RenderError};
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::bidirectional::{Bidirectional, Purpose};
-use super::learn::{Clock, Known, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch};
+use super::learn::{
+    Clock, DEFAULT_LESSONS, Known, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch,
+};
 use super::records::{Records, light_features, light_sample};
 use super::{Choice, Integrator as _, Method, Region, Settings};
 
@@ -21,8 +23,11 @@ use super::{Choice, Integrator as _, Method, Region, Settings};
 const PATHS_AN_ITERATION: u32 = 1 << 14;
 /// Room for records at first, for each of them.
 const RECORDS_A_PATH: u32 = 8;
-/// Connections after which more teach nothing that a picture shows.
+/// Connections after which more teach little that a picture shows: twice as many lower its variance by 4 to 10 %
+/// (docs/measurements.md, Against pre-tracing as published). Each of the first lessons beyond the usual ones may have twice as
+/// many, of some 100 bytes each.
 const ENOUGH_NODES: usize = 1_500_000;
+const MOST_DOUBLINGS: u32 = 2;
 
 /// Variance by the choice of a connection, where an eye vertex has one, over that by eye paths, whatever they connect to:
 /// 1.6 to 2.9 in five scenes (docs/measurements.md, Connections). Lessons lower the first only.
@@ -45,6 +50,11 @@ pub(super) fn train(
 /// A lesson comes when there is twice as much to learn from as for the last.
 fn iteration_of(lesson: u32) -> u32 {
     1 << (lesson.clamp(1, 16) - 1)
+}
+
+/// Connections that are enough for so many lessons.
+fn enough_nodes(lessons: u32) -> usize {
+    ENOUGH_NODES << lessons.saturating_sub(DEFAULT_LESSONS).min(MOST_DOUBLINGS)
 }
 
 /// One iteration's paths, found by a model; with the mixture's density of it, p0 plus the sum over N Gamma / Q mass is 1
@@ -146,6 +156,7 @@ impl Course {
         // Who knows something already has no use for what an iteration or two can teach.
         let skipped = if lesson.known().is_some() { LESSONS_KNOWN.min(training.lessons - 1) } else { 0 };
         let [mut iteration, mut taught] = [0, skipped];
+        let enough = enough_nodes(training.lessons);
         let reason = loop {
             iteration += 1;
             let found = self.find_paths(lesson, iteration)?;
@@ -157,9 +168,9 @@ impl Course {
             }
             let nodes = self.set.nodes().len();
             let share = f64::from(iteration) / f64::from(iteration_of(training.lessons));
-            go_on(Learning::TrainingPaths(share.max(nodes as f64 / ENOUGH_NODES as f64).min(1.0)))?;
+            go_on(Learning::TrainingPaths(share.max(nodes as f64 / enough as f64).min(1.0)))?;
             let due = iteration == iteration_of(taught + 1);
-            let end = if nodes >= ENOUGH_NODES {
+            let end = if nodes >= enough {
                 Some("more connections would hardly teach more")
             } else if due && taught + 1 >= training.lessons {
                 Some("as many as wanted")
@@ -298,5 +309,15 @@ fn small(settings: &Settings) -> Settings {
         height: scaled(settings.height).max(region.y + region.height),
         region,
         ..*settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ENOUGH_NODES, enough_nodes};
+
+    #[test]
+    fn more_lessons_may_learn_from_more() {
+        assert_eq!([1, 5, 6, 7, 16].map(enough_nodes), [1, 1, 2, 4, 4].map(|times| times * ENOUGH_NODES));
     }
 }

@@ -23,6 +23,8 @@ pub(super) const LIGHT_PATHS: u32 = 200_000;
 /// A camera path that is learnt from, in those that are shown: it has more light paths, its vertices are written down,
 /// and the host works on them.
 const COST_OF_A_PATH: f64 = 2.0;
+/// Lessons at most, where nobody asks for more.
+pub(super) const DEFAULT_LESSONS: u32 = 5;
 /// Vertices of the longest path to learn from.
 const LONGEST_PATH: u32 = 64;
 /// Sets the numbers of these paths apart from those of every render.
@@ -85,7 +87,7 @@ impl Default for Training {
         Self {
             paths: None,
             settings: subspace::Settings::default(),
-            lessons: 5,
+            lessons: DEFAULT_LESSONS,
             least_gain: 0.03,
             render_paths: None,
             render_time: None,
