@@ -150,10 +150,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         if !pause || progress::interrupted() {
             break stop;
         }
-        if let Some(trace) = trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
-            trace.look(&mut renderer)?;
-        }
         let picture = renderer.picture()?;
+        if let Some(trace) = trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
+            trace.look(&renderer.report()?, &picture)?;
+        }
         if let Some(viewer) = &mut viewer {
             viewer.show(&title, &picture)?;
             last_view = Instant::now();
@@ -170,11 +170,13 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     if let Some(viewer) = &mut viewer {
         viewer.show(&title, &picture)?;
     }
+    let judged = trace.as_mut().map(|trace| trace.look(&report, &picture)).transpose();
     record.write(&outputs, picture, &report)?;
+    // A full disk is heard of after the picture is safe.
+    let judged = judged?;
     if let Some(path) = &args.stats {
         write_stats(path, &report, &context, load_seconds)?;
     }
-    let judged = trace.as_mut().map(|trace| trace.look(&mut renderer)).transpose()?;
     if !quiet {
         summary(&report, load_seconds, &options);
         if let Some(Point { mape, relmse, mean_ratio, .. }) = judged {

@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::input::{check_folder, read_reference};
 use crate::film::Picture;
-use crate::render::Renderer;
+use crate::render::Report;
 use crate::render::trade::{Point, look};
 
 /// Options of a render whose picture is known better already.
@@ -56,13 +56,13 @@ impl Trace {
         self.file.is_some() && samples >= self.last.map_or(1, |last| last.samples.saturating_mul(2))
     }
 
-    /// Compares what there is, and writes it down.
+    /// Compares a picture, and writes it down.
     ///
     /// # Errors
-    /// A lost device, a full disk.
-    pub fn look(&mut self, renderer: &mut Renderer) -> anyhow::Result<Point> {
+    /// A full disk.
+    pub fn look(&mut self, report: &Report, picture: &Picture) -> anyhow::Result<Point> {
         // Times are the clock's; the device's pace is for benchmarks.
-        let point = look(renderer, &self.reference, [0.0; 2])?;
+        let point = look(report, picture, &self.reference, [0.0; 2])?;
         if self.last.is_none_or(|last| last.samples < point.samples) {
             self.write(&point.row())?;
         }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::pace::WorkClock;
-use super::{Budget, Progress, Renderer, Stop};
-use crate::error::RenderError;
+use super::{Budget, Progress, Renderer, Report, Stop};
+use crate::error::{FilmError, RenderError};
 use crate::film::Picture;
 use crate::film::metric::{self, Errors};
 use crate::math::curve;
@@ -144,17 +144,17 @@ impl Point {
     }
 }
 
-/// Compares what a renderer has made so far with a reference; `work` is that of rendering and of learning before.
+/// Compares a render's picture with a reference; `work` is that of rendering and of learning before.
 ///
 /// # Errors
-/// A lost device, a reference that nothing can be compared with.
+/// A reference that nothing can be compared with.
 pub fn look(
-    renderer: &mut Renderer,
+    report: &Report,
+    picture: &Picture,
     reference: &Picture,
     [work, preprocessing_work]: [f64; 2],
-) -> Result<Point, RenderError> {
-    let (report, picture) = (renderer.report()?, renderer.radiance()?);
-    let Errors { mape, relmse, relmse_trimmed } = metric::errors(&picture, reference)?;
+) -> Result<Point, FilmError> {
+    let Errors { mape, relmse, relmse_trimmed } = metric::errors(picture, reference)?;
     Ok(Point {
         samples: report.samples,
         seconds: report.seconds,
@@ -164,7 +164,7 @@ pub fn look(
         mape,
         relmse,
         relmse_trimmed,
-        mean_ratio: metric::mean_ratio(&picture, reference).ratio,
+        mean_ratio: metric::mean_ratio(picture, reference).ratio,
         estimated_error: report.estimated_error,
         non_finite: report.non_finite,
     })
@@ -217,7 +217,8 @@ pub fn measure(
                 break (stop, work);
             }
         };
-        points.push(look(renderer, reference, [work, preprocessing_work])?);
+        let (report, picture) = (renderer.report()?, renderer.radiance()?);
+        points.push(look(&report, &picture, reference, [work, preprocessing_work])?);
         match goal {
             Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
                 break;
