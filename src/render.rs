@@ -17,10 +17,10 @@ use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
 use crate::device::{self, Context};
 use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
-use crate::film::{Attribute, Layer, Picture};
+use crate::film::{Attribute, Layer, Picture, Region};
 use crate::integrator::{
-    Choice, Courtesy, DEFAULT_ROULETTE_CAP, FirstSubspaces, Integrator, Method, Online, RayCounts, Region,
-    Strategy, Training,
+    Choice, Courtesy, DEFAULT_ROULETTE_CAP, FirstSubspaces, Integrator, Method, Online, RayCounts, Strategy,
+    Training,
 };
 use crate::scene::{self, Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
@@ -102,7 +102,7 @@ impl Default for RenderOptions {
 impl RenderOptions {
     /// The part that is rendered.
     pub fn region(&self) -> Region {
-        self.crop.unwrap_or(Region { x: 0, y: 0, width: self.width, height: self.height })
+        self.crop.unwrap_or(Region::whole(self.width, self.height))
     }
 }
 
@@ -239,7 +239,7 @@ impl Renderer {
     /// # Errors
     /// A part of a picture, or one without pixels or with too many; a lost device.
     pub fn aim(&mut self, camera: &scene::Camera, width: u32, height: u32) -> Result<(), RenderError> {
-        let region = Region { x: 0, y: 0, width, height };
+        let region = Region::whole(width, height);
         let (most, part) = (self.options.region(), self.options.crop.is_some());
         if part || region.pixels() == 0 || region.pixels() > most.pixels() {
             let part = format!("0,0,{width},{height}");

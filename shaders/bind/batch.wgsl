@@ -4,11 +4,13 @@ struct Batch {
     /// The whole picture, in pixels.
     width: u32,
     height: u32,
-    /// The part that is rendered: left and top edge and width. The film covers this part.
+    /// The part that is rendered: first column and row, how many of each, and how far from one to the next. The film
+    /// covers this part.
     crop_x: u32,
     crop_y: u32,
     crop_width: u32,
     crop_height: u32,
+    crop_stride: u32,
     /// First pixel of the batch, row-major in the part, and how many.
     first_pixel: u32,
     pixel_count: u32,

@@ -49,8 +49,11 @@ fn film_pixel(film_point: vec2f) -> u32 {
         return NO_PIXEL;
     }
     let pixel = vec2u(place);
-    let inside = vec2u(pixel.x - batch.crop_x, pixel.y - batch.crop_y);
-    if any(pixel < vec2u(batch.crop_x, batch.crop_y)) || any(inside >= vec2u(batch.crop_width, batch.crop_height)) {
+    let from_first = vec2u(pixel.x - batch.crop_x, pixel.y - batch.crop_y);
+    let inside = from_first / batch.crop_stride;
+    let is_between = any(from_first != batch.crop_stride * inside);
+    let is_before = any(pixel < vec2u(batch.crop_x, batch.crop_y));
+    if is_before || is_between || any(inside >= vec2u(batch.crop_width, batch.crop_height)) {
         return NO_PIXEL;
     }
     return inside.y * batch.crop_width + inside.x;

@@ -23,7 +23,8 @@ fn bounce_dimension(depth: u32, purpose: u32) -> u32 {
 /// Column and row, in the whole picture, of a path's pixel.
 fn path_pixel(path: u32) -> vec2u {
     let pixel = batch.first_pixel + path % batch.pixel_count;
-    return vec2u(batch.crop_x + pixel % batch.crop_width, batch.crop_y + pixel / batch.crop_width);
+    let place = vec2u(pixel % batch.crop_width, pixel / batch.crop_width);
+    return vec2u(batch.crop_x, batch.crop_y) + batch.crop_stride * place;
 }
 
 /// A sample's numbers depend on its place in the whole picture, not on the part that is rendered.

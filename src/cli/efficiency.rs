@@ -143,7 +143,7 @@ fn rounds(
             Some(round) => eprintln!("{name}: round {} of {}, {label}", round + 1, args.rounds),
         }
     };
-    Ok(measure(&mut renderers, work, args.rounds, args.seed.into(), &reference.picture, say)?)
+    Ok(measure(&mut renderers, work, args.rounds, args.seed.into(), &reference.truth(subject), say)?)
 }
 
 /// A candidate's results.

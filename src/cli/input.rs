@@ -9,8 +9,7 @@ use thiserror::Error;
 
 use crate::device::{Context, DeviceChoice};
 use crate::error::DeviceError;
-use crate::film::Picture;
-use crate::integrator::Region;
+use crate::film::{Picture, Region};
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Camera, Environment, Pose, Projection, Scene, builtin};
 
@@ -299,7 +298,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 pub fn parse_crop(text: &str) -> Result<Region, String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     match numbers.as_deref() {
-        Some(&[x, y, width, height]) => Ok(Region { x, y, width, height }),
+        Some(&[x, y, width, height]) => Ok(Region::new(x, y, width, height)),
         _ => Err("a part is X,Y,WIDTH,HEIGHT in pixels, such as 0,0,640,360".into()),
     }
 }

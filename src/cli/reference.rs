@@ -14,9 +14,9 @@ use super::subject::{Subject, SubjectArgs};
 use super::text::{grouped, short};
 use crate::device::Context;
 use crate::film::metric::{self, ReferenceNoise};
-use crate::film::{Attribute, Picture, exr};
+use crate::film::{Attribute, Picture, Region, exr};
 use crate::math::fnv::fnv;
-use crate::render::reference::{self, Check, Grown, Portion};
+use crate::render::reference::{self, Check, Grown, Portion, Truth};
 use crate::render::{Budget, RenderOptions, Renderer};
 
 /// Where neither time nor error is asked for.
@@ -42,6 +42,9 @@ pub struct ReferenceArgs {
     /// What makes it, written as for --integrators (default: whatever made the most exact that is kept, else spcbpt).
     #[arg(long, value_name = "INTEGRATOR")]
     reference_integrator: Option<String>,
+    /// Compare every N-th pixel of every N-th row only, so that references take 1 / N^2 of the time.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    reference_stride: u32,
 }
 
 impl ReferenceArgs {
@@ -53,6 +56,7 @@ impl ReferenceArgs {
             folder: self.references.clone(),
             time: self.reference_time,
             error: self.reference_error,
+            stride: self.reference_stride,
             maker,
         })
     }
@@ -79,6 +83,9 @@ pub struct MakeReferenceArgs {
     /// Time for the check (default: a quarter of what the reference took).
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     check_time: Option<Duration>,
+    /// Every N-th pixel of every N-th row only, in 1 / N^2 of the time: for `bench trade --reference-stride N`.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    stride: u32,
     /// Where references are kept.
     #[arg(long, value_name = "DIR", default_value = "target/references")]
     references: PathBuf,
@@ -121,7 +128,11 @@ impl Reference {
     pub fn origin(&self) -> String {
         match (self.text("integrator"), self.number("spp"), self.number("seconds")) {
             (Some(maker), Some(spp), Some(seconds)) => {
-                format!("{maker}, {} spp, {} s", grouped(spp), short(seconds))
+                let part = match self.stride() {
+                    1 => String::new(),
+                    stride => format!(" of every {}th pixel", stride * stride),
+                };
+                format!("{maker}, {} spp{part}, {} s", grouped(spp), short(seconds))
             }
             _ => self.path.display().to_string(),
         }
@@ -130,6 +141,17 @@ impl Reference {
     /// What a second integrator said of it; `None` where none was asked.
     pub fn checked(&self) -> Option<&str> {
         self.text("checked")
+    }
+
+    /// Of the lattice of pixels that it has; 1: all.
+    pub fn stride(&self) -> u32 {
+        self.number("stride").map_or(1, |stride| stride as u32)
+    }
+
+    /// As what pictures of the whole are compared with.
+    pub fn truth(&self, subject: &Subject) -> Truth<'_> {
+        let RenderOptions { width, height, .. } = subject.options;
+        Truth { picture: &self.picture, region: Region::lattice(width, height, self.stride()) }
     }
 
     /// Tells references apart.
@@ -158,6 +180,8 @@ pub struct Keeper {
     folder: PathBuf,
     time: Option<Duration>,
     error: Option<f64>,
+    /// Of the lattice of pixels that they have; 1: all.
+    stride: u32,
     /// What makes them; `None`: what made the most exact that is there, else the default.
     maker: Option<Candidate>,
 }
@@ -196,8 +220,8 @@ impl Keeper {
         }
         let reference = Reference::new(Picture::read(&given)?, given)?;
         let of_this = reference.text("sceneHash").is_none_or(|hash| hash == format!("{:016x}", subject.hash));
-        let size = (reference.picture.width, reference.picture.height);
-        if of_this && size == (subject.options.width, subject.options.height) {
+        let Truth { picture, region } = reference.truth(subject);
+        if of_this && (picture.width, picture.height) == (region.width, region.height) {
             return Ok(Some(reference));
         }
         log::warn!("{} is of another size or scene; it is not used", reference.path.display());
@@ -205,14 +229,15 @@ impl Keeper {
     }
 
     /// The beginning of the names of all references of a scene and view.
-    fn stem(subject: &Subject) -> String {
+    fn stem(&self, subject: &Subject) -> String {
         let RenderOptions { width, height, camera, max_depth, .. } = subject.options;
         let depth = max_depth.map_or(String::new(), |depth| format!(".depth{depth}"));
-        format!("{}-{width}x{height}-{:016x}-camera{camera}{depth}-", subject.name, subject.hash)
+        let stride = if self.stride > 1 { format!(".stride{}", self.stride) } else { String::new() };
+        format!("{}-{width}x{height}{stride}-{:016x}-camera{camera}{depth}-", subject.name, subject.hash)
     }
 
     fn path(&self, subject: &Subject, label: &str) -> PathBuf {
-        self.folder.join(Self::stem(subject) + &label.replace([':', ',', '='], "-") + ".exr")
+        self.folder.join(self.stem(subject) + &label.replace([':', ',', '='], "-") + ".exr")
     }
 
     fn kept(&self, subject: &Subject, label: &str) -> anyhow::Result<Option<Reference>> {
@@ -224,7 +249,7 @@ impl Keeper {
 
     fn most_exact(&self, subject: &Subject) -> anyhow::Result<Option<(Candidate, Reference)>> {
         let mut best: Option<(Candidate, Reference)> = None;
-        let stem = Self::stem(subject);
+        let stem = self.stem(subject);
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return Ok(None) };
         let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
         paths.sort();
@@ -286,7 +311,7 @@ impl Keeper {
                 return Ok(None);
             };
             let made = Reference::new(
-                Picture { metadata: metadata(context, subject, maker, &more), ..more.picture.clone() },
+                Picture { metadata: self.metadata(context, subject, maker, &more), ..more.picture.clone() },
                 self.path(subject, &maker.label),
             )?;
             exr::write(&made.path, &made.picture)?;
@@ -305,8 +330,31 @@ impl Keeper {
 
     fn renderer(&self, context: &Context, subject: &Subject, maker: &Candidate) -> anyhow::Result<Renderer> {
         let budget = Budget { time: self.time, ..Budget::default() };
-        let options = RenderOptions { budget, ..maker.options(subject, 1 << 63) };
+        let RenderOptions { width, height, .. } = subject.options;
+        let crop = (self.stride > 1).then(|| Region::lattice(width, height, self.stride));
+        let options = RenderOptions { budget, crop, ..maker.options(subject, 1 << 63) };
         Ok(Renderer::new(context, &subject.scene, options)?)
+    }
+
+    fn metadata(
+        &self,
+        context: &Context,
+        subject: &Subject,
+        maker: &Candidate,
+        grown: &Grown,
+    ) -> Vec<(String, Attribute)> {
+        let portions: Vec<String> =
+            grown.portions.iter().map(|portion| format!("{}:{}", portion.samples, portion.mean)).collect();
+        vec![
+            ("integrator".into(), Attribute::Text(maker.label.clone())),
+            ("spp".into(), Attribute::Number(grown.samples as f64)),
+            ("seconds".into(), Attribute::Number(grown.seconds)),
+            ("portions".into(), Attribute::Text(portions.join(" "))),
+            ("device".into(), Attribute::Text(context.describe())),
+            ("sceneHash".into(), Attribute::Text(format!("{:016x}", subject.hash))),
+            ("nonFiniteSamples".into(), Attribute::Number(grown.non_finite as f64)),
+            ("stride".into(), Attribute::Number(f64::from(self.stride))),
+        ]
     }
 
     fn wish(&self) -> String {
@@ -314,25 +362,6 @@ impl Keeper {
         let time = time.map_or(String::new(), |time| format!(", {} s", time.as_secs_f64()));
         time + &self.error.map_or(String::new(), |error| format!(", own MAPE {}", percent(error)))
     }
-}
-
-fn metadata(
-    context: &Context,
-    subject: &Subject,
-    maker: &Candidate,
-    grown: &Grown,
-) -> Vec<(String, Attribute)> {
-    let portions: Vec<String> =
-        grown.portions.iter().map(|portion| format!("{}:{}", portion.samples, portion.mean)).collect();
-    vec![
-        ("integrator".into(), Attribute::Text(maker.label.clone())),
-        ("spp".into(), Attribute::Number(grown.samples as f64)),
-        ("seconds".into(), Attribute::Number(grown.seconds)),
-        ("portions".into(), Attribute::Text(portions.join(" "))),
-        ("device".into(), Attribute::Text(context.describe())),
-        ("sceneHash".into(), Attribute::Text(format!("{:016x}", subject.hash))),
-        ("nonFiniteSamples".into(), Attribute::Number(grown.non_finite as f64)),
-    ]
 }
 
 fn percent(share: f64) -> String {
@@ -351,6 +380,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
         folder: args.references.clone(),
         time: args.time,
         error: args.error,
+        stride: args.stride,
         maker: Some(maker.clone()),
     };
     install_interrupt();
@@ -366,7 +396,8 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
         if reference.checked().is_none() {
             let grown = reference.grown().context("the reference does not say what it grew from")?;
             let time = args.check_time.unwrap_or(Duration::from_secs_f64(grown.seconds / 4.0));
-            let Some((check, other)) = check(&context, &subject, &grown, &checker, time, quiet)? else {
+            let Some((check, other)) = check(&context, &subject, &keeper, &grown, &checker, time, quiet)?
+            else {
                 return Ok(Exit::Interrupted);
             };
             let said = describe(&check, &checker, &other);
@@ -400,6 +431,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
 fn check(
     context: &Context,
     subject: &Subject,
+    keeper: &Keeper,
     grown: &Grown,
     checker: &Candidate,
     time: Duration,
@@ -408,7 +440,8 @@ fn check(
     if !quiet {
         eprintln!("{}: {} checks it, {} s", subject.name, checker.label, short(time.as_secs_f64()));
     }
-    let keeper = Keeper { folder: PathBuf::new(), time: Some(time), error: None, maker: None };
+    let keeper =
+        Keeper { folder: PathBuf::new(), time: Some(time), error: None, stride: keeper.stride, maker: None };
     let mut renderer = keeper.renderer(context, subject, checker)?;
     let mut other: Option<Grown> = None;
     while let Some(portion) = keeper.left(other.as_ref(), None) {

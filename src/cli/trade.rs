@@ -349,6 +349,7 @@ impl Bench<'_> {
             }
         }
         let mut renderer = prepared.renderer()?;
-        Ok(measure(&mut renderer, &self.plan, &self.reference.picture, &mut clock, |_| interrupted())?)
+        let truth = self.reference.truth(&self.subject);
+        Ok(measure(&mut renderer, &self.plan, &truth, &mut clock, |_| interrupted())?)
     }
 }

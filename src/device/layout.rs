@@ -50,6 +50,7 @@ device_struct! {
         pub crop_y: u32,
         pub crop_width: u32,
         pub crop_height: u32,
+        pub crop_stride: u32,
         pub first_pixel: u32,
         pub pixel_count: u32,
         pub first_sample: u32,

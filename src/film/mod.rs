@@ -21,6 +21,48 @@ use crate::scene::picture_file::PictureFile;
 
 pub use crate::scene::picture_file::Attribute;
 
+/// Pixels of a picture: a rectangle of them, or a lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// The first column and row.
+    pub x: u32,
+    pub y: u32,
+    /// How many columns and rows.
+    pub width: u32,
+    pub height: u32,
+    /// From one column or row to the next: 1 for a rectangle without gaps.
+    pub stride: u32,
+}
+
+impl Region {
+    /// A rectangle without gaps.
+    pub fn new(x: u32, y: u32, width: u32, height: u32) -> Self {
+        Self { x, y, width, height, stride: 1 }
+    }
+
+    /// A whole picture.
+    pub fn whole(width: u32, height: u32) -> Self {
+        Self::new(0, 0, width, height)
+    }
+
+    /// One pixel, about the middle one, of every square of `stride` times `stride` in a picture that has pixels.
+    pub fn lattice(width: u32, height: u32, stride: u32) -> Self {
+        let first = |length: u32| (stride / 2).min(length.saturating_sub(1));
+        let count = |length: u32| (length - first(length)).div_ceil(stride);
+        Self { x: first(width), y: first(height), width: count(width), height: count(height), stride }
+    }
+
+    pub fn pixels(&self) -> u32 {
+        self.width * self.height
+    }
+
+    /// The rectangle without gaps that holds it.
+    pub fn hull(&self) -> Self {
+        let extent = |count: u32| count.saturating_sub(1) * self.stride + count.min(1);
+        Self::new(self.x, self.y, extent(self.width), extent(self.height))
+    }
+}
+
 /// A scene-linear Rec.709 picture in `f32` with what belongs to it, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
@@ -78,6 +120,15 @@ impl Picture {
             }
         }
         Ok(picture)
+    }
+
+    /// The colours of some of its pixels, which all lie in it, without layers and metadata.
+    pub fn part(&self, region: &Region) -> Self {
+        let rows = (0..region.height).map(|row| region.y + row * region.stride);
+        let columns = |y: u32| {
+            (0..region.width).map(move |column| (y * self.width + region.x + column * region.stride) as usize)
+        };
+        Self::new(region.width, region.height, rows.flat_map(columns).map(|pixel| self.rgb[pixel]).collect())
     }
 
     /// Adds a channel to the layer of that name, which is made if there is none. `samples` has `width * height` values.

@@ -9,12 +9,13 @@ use crate::device::layout::{Batch, Camera, Counts};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, Context, Kernel};
 use crate::error::DeviceError;
+use crate::film::Region;
 use crate::subspace::Model;
 
 use super::records::Records;
 use super::subspaces::Subspaces;
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
-use super::{Choice, DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Region, Settings};
+use super::{Choice, DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
 
 /// Connections in flight for each eye vertex when all vertices of a light path are connected; longer paths take
 /// several rounds.

@@ -10,6 +10,7 @@ use std::time::Duration;
 use crate::device::Kernel;
 use crate::device::layout::LightFeature;
 use crate::error::{DeviceError, RenderError};
+use crate::film::Region;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::bidirectional::{Bidirectional, Purpose};
@@ -17,7 +18,7 @@ use super::learn::{
     Clock, DEFAULT_LESSONS, Known, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch,
 };
 use super::records::{Records, light_features, light_sample};
-use super::{Choice, Integrator as _, Method, Region, Settings};
+use super::{Choice, Integrator as _, Method, Settings};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
 const PATHS_AN_ITERATION: u32 = 1 << 14;
@@ -292,18 +293,18 @@ impl Course {
     }
 }
 
-/// The same picture, but not larger than an iteration.
+/// The same picture, but not larger than an iteration; of a part with gaps all of it.
 fn small(settings: &Settings) -> Settings {
-    let whole = settings.region.pixels();
+    let part = settings.region.hull();
+    let whole = part.pixels();
     let factor = (f64::from(PATHS_AN_ITERATION) / f64::from(whole)).sqrt().min(1.0);
     let scaled = |pixels: u32| ((f64::from(pixels) * factor) as u32).max(1);
-    let part = settings.region;
-    let region = Region {
-        x: (f64::from(part.x) * factor) as u32,
-        y: (f64::from(part.y) * factor) as u32,
-        width: scaled(part.width),
-        height: scaled(part.height),
-    };
+    let region = Region::new(
+        (f64::from(part.x) * factor) as u32,
+        (f64::from(part.y) * factor) as u32,
+        scaled(part.width),
+        scaled(part.height),
+    );
     Settings {
         width: scaled(settings.width).max(region.x + region.width),
         height: scaled(settings.height).max(region.y + region.height),

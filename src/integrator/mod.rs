@@ -19,6 +19,7 @@ use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
 use crate::error::DeviceError;
+use crate::film::Region;
 use crate::subspace::Model;
 
 pub use courtesy::Courtesy;
@@ -111,21 +112,6 @@ pub struct Strategy {
     pub t: u32,
     /// As its share of all strategies, or taken alone.
     pub weighted: bool,
-}
-
-/// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    pub x: u32,
-    pub y: u32,
-    pub width: u32,
-    pub height: u32,
-}
-
-impl Region {
-    pub fn pixels(&self) -> u32 {
-        self.width * self.height
-    }
 }
 
 /// Settings that every integrator understands.

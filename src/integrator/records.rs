@@ -145,7 +145,8 @@ fn gather(
             vertex => light_side(end, vertex as usize, lights, &mut nodes),
         };
         let pixel = batch.first_pixel + end.path % batch.pixel_count;
-        let [x, y] = [batch.crop_x + pixel % batch.crop_width, batch.crop_y + pixel / batch.crop_width];
+        let x = batch.crop_x + batch.crop_stride * (pixel % batch.crop_width);
+        let y = batch.crop_y + batch.crop_stride * (pixel / batch.crop_width);
         let path = TrainingPath { tile: set.tile_of(x, y), contribution: end.contribution, p0 };
         // Paths that share their eye's part tell much the same.
         let group = batch.first_sample.wrapping_mul(0x9e37_79b9).wrapping_add(batch.first_pixel + end.path);

@@ -13,10 +13,11 @@ use crate::device::shader::Features;
 use crate::device::timing::Timing;
 use crate::device::{Bound, BufferTable, Context, Kernel};
 use crate::error::DeviceError;
+use crate::film::Region;
 use crate::math::rng::seed_key;
 
 use super::courtesy::Courtesy;
-use super::{Region, Settings, Strategy};
+use super::{Settings, Strategy};
 
 /// Surfaces between two looks at how many paths are left.
 const BOUNCES_A_SUBMISSION: u32 = 8;
@@ -337,9 +338,7 @@ impl Wavefront {
         camera: &Camera,
         region: Region,
     ) -> Result<(), DeviceError> {
-        self.settings.width = region.width;
-        self.settings.height = region.height;
-        self.settings.region = region;
+        self.settings = Settings { width: region.width, height: region.height, region, ..self.settings };
         self.buffers.write(context, "camera", bytemuck::bytes_of(camera))
     }
 
@@ -388,6 +387,7 @@ impl Wavefront {
             crop_y: self.settings.region.y,
             crop_width: self.settings.region.width,
             crop_height: self.settings.region.height,
+            crop_stride: self.settings.region.stride,
             seed: seed_key(self.settings.seed),
             // Another stream than any user's seed gives the eye paths.
             light_seed: seed_key(!self.settings.seed).wrapping_add(LIGHT_STREAM),

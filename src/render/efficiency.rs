@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use super::reference::Truth;
 use super::{Budget, Renderer, Report};
 use crate::error::RenderError;
-use crate::film::Picture;
 use crate::film::metric::{self, Errors, ReferenceNoise};
 use crate::integrator::RayCounts;
 use crate::math::statistics::{mean, median, median_interval, standard_error};
@@ -89,7 +89,7 @@ pub fn measure(
     work: Work,
     rounds: u32,
     first_seed: u64,
-    reference: &Picture,
+    truth: &Truth<'_>,
     mut progress: impl FnMut(Option<u32>, usize),
 ) -> Result<Vec<(Vec<Run>, Report)>, RenderError> {
     let count = renderers.len();
@@ -122,13 +122,13 @@ pub fn measure(
             renderer.restart(seed, None)?;
             let budget = Budget { samples: Some(samples[index]), ..Budget::default() };
             let report = render(renderer, budget)?;
-            let picture = renderer.picture()?;
+            let picture = renderer.radiance()?.part(&truth.region);
             runs[index].push(Run {
                 seed,
                 samples: report.samples,
                 seconds: report.seconds,
-                errors: metric::errors(&picture, reference)?,
-                mean_ratio: metric::mean_ratio(&picture, reference).ratio,
+                errors: metric::errors(&picture, truth.picture)?,
+                mean_ratio: metric::mean_ratio(&picture, truth.picture).ratio,
                 rays: report.rays,
                 non_finite: report.non_finite,
             });

@@ -9,9 +9,10 @@ use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
+use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{
-    Beginning, Choice, Known, Learning, Lesson, Method, RayCounts, Region, Settings, Trained, Training, When,
+    Beginning, Choice, Known, Learning, Lesson, Method, RayCounts, Settings, Trained, Training, When,
     integrator, train,
 };
 use crate::scene::{self, Scene, SceneFeatures};
@@ -263,9 +264,12 @@ impl Prepared {
 }
 
 fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
-    let inside = u64::from(region.x) + u64::from(region.width) <= u64::from(width)
-        && u64::from(region.y) + u64::from(region.height) <= u64::from(height);
-    if region.width == 0 || region.height == 0 || !inside {
+    let end = |first: u32, count: u32| {
+        u64::from(first) + u64::from(count.saturating_sub(1)) * u64::from(region.stride) + 1
+    };
+    let inside =
+        end(region.x, region.width) <= u64::from(width) && end(region.y, region.height) <= u64::from(height);
+    if region.width == 0 || region.height == 0 || region.stride == 0 || !inside {
         let part = format!("{},{},{},{}", region.x, region.y, region.width, region.height);
         return Err(RenderError::BadRegion { part, width, height });
     }

@@ -7,14 +7,21 @@ use serde::Serialize;
 
 use super::{Budget, Progress, Renderer, Stop};
 use crate::error::RenderError;
-use crate::film::Picture;
 use crate::film::average::average;
 use crate::film::metric::{self, ReferenceNoise, TileTest};
+use crate::film::{Picture, Region};
 
 /// Of the first portion: no other render has it.
 const FIRST_SEED: u64 = 1 << 63;
 /// Samples a pixel that a portion has at least: two groups, without which its variance is not known.
 const LEAST_SAMPLES: u32 = 16;
+
+/// What pictures are compared with, and which of their pixels it has.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth<'a> {
+    pub picture: &'a Picture,
+    pub region: Region,
+}
 
 /// A reference as far as it has grown.
 #[derive(Clone, Debug)]

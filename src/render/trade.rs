@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::pace::WorkClock;
+use super::reference::Truth;
 use super::{Budget, Progress, Renderer, Report, Stop};
 use crate::error::{FilmError, RenderError};
 use crate::film::Picture;
@@ -178,7 +179,7 @@ pub fn look(
 pub fn measure(
     renderer: &mut Renderer,
     plan: &Plan,
-    reference: &Picture,
+    truth: &Truth<'_>,
     clock: &mut WorkClock,
     mut interrupted: impl FnMut(&Progress) -> bool,
 ) -> Result<Option<Vec<Point>>, RenderError> {
@@ -217,8 +218,8 @@ pub fn measure(
                 break (stop, work);
             }
         };
-        let (report, picture) = (renderer.report()?, renderer.radiance()?);
-        points.push(look(&report, &picture, reference, [work, preprocessing_work])?);
+        let (report, picture) = (renderer.report()?, renderer.radiance()?.part(&truth.region));
+        points.push(look(&report, &picture, truth.picture, [work, preprocessing_work])?);
         match goal {
             Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
                 break;

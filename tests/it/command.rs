@@ -314,7 +314,7 @@ pub fn assert_complete(value: &serde_json::Value, at: &str) {
 fn bench_efficiency_measures_and_keeps_its_references() {
     let case = Case::new();
     let command = "bench efficiency builtin:cornell --integrators path,bdpt --rounds 2 --size 8x8 \
-                   --references refs --reference-time 500ms --reference-integrator path";
+                   --references refs --reference-time 500ms --reference-integrator path --reference-stride 2";
     let run = case.run(&format!("{command} --spp 4 --json"));
     run.assert(0, &["a reference by path", "round 2 of 2, bdpt"]);
     let report: serde_json::Value = serde_json::from_str(&run.printed).expect("JSON");

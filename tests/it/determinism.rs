@@ -1,7 +1,7 @@
 //! The same seed gives the same picture, bit for bit, however the work was cut (N-19).
 
-use halfway::film::Picture;
-use halfway::integrator::Region;
+use halfway::film::{Picture, Region};
+use halfway::integrator::Method;
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -44,8 +44,8 @@ fn assert_same(found: &Picture, expected: &Picture, what: &str) {
 /// The part of a picture.
 fn part(picture: &Picture, region: &Region) -> Picture {
     let cut = |index: u32| {
-        let (x, y) = (region.x + index % region.width, region.y + index / region.width);
-        (y * picture.width + x) as usize
+        let (column, row) = (index % region.width, index / region.width);
+        ((region.y + row * region.stride) * picture.width + region.x + column * region.stride) as usize
     };
     let mut cropped = picture.clone();
     (cropped.width, cropped.height) = (region.width, region.height);
@@ -75,12 +75,31 @@ fn n19_the_same_seed_gives_the_same_picture() {
 fn n19_a_crop_is_a_part_of_the_whole() {
     for scene in scenes() {
         let whole = render(&scene, options(40, 30, 8));
-        for region in
-            [Region { x: 7, y: 11, width: 13, height: 9 }, Region { x: 39, y: 29, width: 1, height: 1 }]
-        {
+        for region in [Region::new(7, 11, 13, 9), Region::new(39, 29, 1, 1)] {
             let crop = render(&scene, RenderOptions { crop: Some(region), ..options(40, 30, 8) });
             assert_same(&crop, &part(&whole, &region), &format!("{} {region:?}", scene.name));
         }
+    }
+}
+
+/// Some of a picture's pixels, from the eye's paths and from the lights'.
+#[test]
+fn n19_a_lattice_is_a_part_of_the_whole() {
+    let lattice = Region::lattice(40, 30, 4);
+    assert_eq!(lattice, Region { x: 2, y: 2, width: 10, height: 7, stride: 4 });
+    assert_eq!(lattice.hull(), Region::new(2, 2, 37, 25));
+    assert_eq!(Region::lattice(40, 30, 1), Region::whole(40, 30));
+    assert_eq!(Region::lattice(3, 1, 8), Region { x: 2, y: 0, width: 1, height: 1, stride: 8 });
+    let scene = builtin("three-lights").expect("a built-in scene");
+    for method in [Method::Path, Method::Light { light_paths: Some(2000) }] {
+        let options =
+            RenderOptions { method, first_hit_layers: method == Method::Path, ..options(40, 30, 8) };
+        let whole = render(&scene, options.clone());
+        let found = render(&scene, RenderOptions { crop: Some(lattice), ..options });
+        let expected = part(&whole, &lattice);
+        assert_same(&found, &expected, method.name());
+        assert_eq!(whole.part(&lattice).rgb, expected.rgb);
+        assert!(expected.rgb.iter().filter(|rgb| rgb[0] > 0.0).count() > 40, "{}: too dark", method.name());
     }
 }
 
@@ -91,9 +110,7 @@ fn n19_batches_of_pixels_do_not_show() {
     let options = RenderOptions { max_depth: Some(3), first_hit_layers: false, ..options(320, 240, 2) };
     let whole = render(&scene, options.clone());
     // Around pixel 65536, where the first batch of 2^16 paths ends.
-    for region in
-        [Region { x: 0, y: 200, width: 320, height: 10 }, Region { x: 200, y: 204, width: 120, height: 2 }]
-    {
+    for region in [Region::new(0, 200, 320, 10), Region::new(200, 204, 120, 2)] {
         let crop = render(&scene, RenderOptions { crop: Some(region), ..options.clone() });
         assert_same(&crop, &part(&whole, &region), &format!("{region:?}"));
     }

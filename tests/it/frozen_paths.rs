@@ -177,6 +177,7 @@ impl<'a> Bench<'a> {
             height: RESOLUTION[1],
             crop_width: RESOLUTION[0],
             crop_height: RESOLUTION[1],
+            crop_stride: 1,
             light_path_count: 1,
             connection_density,
             camera_paths: light_paths,

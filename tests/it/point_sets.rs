@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use halfway::device::layout::SAMPLES_A_GROUP;
-use halfway::film::metric;
-use halfway::integrator::{Method, Region};
+use halfway::film::{Region, metric};
+use halfway::integrator::Method;
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::builtin;
 use halfway::scene::builtin::shapes::{looking_at, quad};
@@ -40,7 +40,7 @@ fn claimed_over_true(method: Method, samples: u32) -> f64 {
     let scene = builtin("cornell").expect("a built-in scene");
     let budget = Budget { samples: Some(samples), ..Budget::default() };
     // Without the lamp, whose few pixels have most of the variance: their scatter would say little.
-    let crop = Some(Region { x: 0, y: 12, width: 24, height: 12 });
+    let crop = Some(Region::new(0, 12, 24, 12));
     let options = RenderOptions {
         width: 24,
         height: 24,

@@ -121,6 +121,7 @@ fn r09_non_finite_samples_are_counted_and_left_out() {
         width: 2,
         height: 1,
         crop_width: 2,
+        crop_stride: 1,
         pixel_count: 2,
         sample_count: 5,
         max_depth: 1,

@@ -3,8 +3,9 @@
 use halfway::accel::Accel;
 use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
+use halfway::film::Region;
 use halfway::integrator::{
-    DEFAULT_ROULETTE_CAP, Lesson, Method, Region, Settings, Training, find_training_paths, train,
+    DEFAULT_ROULETTE_CAP, Lesson, Method, Settings, Training, find_training_paths, train,
 };
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
@@ -28,7 +29,7 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let settings = Settings {
         width,
         height,
-        region: Region { x: 0, y: 0, width, height },
+        region: Region::whole(width, height),
         max_depth: None,
         roulette_cap,
         seed: 3,

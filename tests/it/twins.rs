@@ -181,9 +181,10 @@ fn c15_camera_rays() {
         width,
         height,
         crop_x: 10,
-        crop_y: 20,
-        crop_width: 30,
-        crop_height: 40,
+        crop_y: 1,
+        crop_width: 20,
+        crop_height: 24,
+        crop_stride: 2,
         first_pixel: 60,
         pixel_count: 400,
         // Of two groups.
@@ -217,8 +218,8 @@ fn c15_camera_rays() {
             bytemuck::pod_collect_to_vec(&buffers.read(context, "paths_in", bytes).expect("read"));
         for (index, ray) in (0..paths).zip(rays) {
             let place = batch.first_pixel + index % batch.pixel_count;
-            let x = batch.crop_x + place % batch.crop_width;
-            let y = batch.crop_y + place / batch.crop_width;
+            let x = batch.crop_x + 2 * (place % batch.crop_width);
+            let y = batch.crop_y + 2 * (place / batch.crop_width);
             let sample = batch.first_sample + index / batch.pixel_count;
             // A shift for each group of eight samples, and a step for each sample in it.
             let group =

@@ -410,6 +410,11 @@ impl Page<'_> {
             })
             .collect();
         self.table(&heads, 1, &rows);
+        if trade.scenes.iter().any(|scene| scene.reference.stride > 1) {
+            self.say(
+                "Pictures were rendered whole, and compared at the pixels that the reference has: one of each square.\n",
+            );
+        }
         for warning in trade.warnings() {
             self.say(&format!("* {warning}"));
         }

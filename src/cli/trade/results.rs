@@ -54,6 +54,8 @@ pub struct SceneResult {
 #[derive(Serialize)]
 pub struct ReferenceResult {
     pub file: String,
+    /// It has every so manieth pixel of every so manieth row.
+    pub stride: u32,
     pub origin: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checked: Option<String>,
@@ -128,6 +130,7 @@ pub fn scene_result(
         size: [subject.options.width, subject.options.height],
         reference: ReferenceResult {
             file: reference.path.display().to_string(),
+            stride: reference.stride(),
             origin: reference.origin(),
             checked: reference.checked().map(str::to_owned),
             noise: reference.noise,
