@@ -145,7 +145,7 @@ impl Reference {
 
     /// Of the lattice of pixels that it has; 1: all.
     pub fn stride(&self) -> u32 {
-        self.number("stride").map_or(1, |stride| stride as u32)
+        self.number("stride").map_or(1, |stride| stride as u32).max(1)
     }
 
     /// As what pictures of the whole are compared with.

@@ -117,11 +117,14 @@ impl Page<'_> {
         let trade = self.trade;
         let error = level(trade.target);
         self.say(&format!("## Time to {error}\n"));
+        let over = match trade.seeds {
+            1 => "of one seed, so that nobody knows how far another would be off".into(),
+            seeds => format!("median of {seeds} seeds and its 95 % interval (bootstrap)"),
+        };
         self.say(&format!(
-            "From when on the error stays at or below {error}: median of {} seeds and its 95 % interval (bootstrap), \
+            "From when on the error stays at or below {error}: {over}; \
              read off between looks at a render by straight lines in logarithms. `<`: some were there at their first \
-             look, after 8 samples. `times as fast` is the first integrator's time over this one's, seed by seed.\n",
-            trade.seeds
+             look, after 8 samples. `times as fast` is the first integrator's time over this one's, seed by seed.\n"
         ));
         let heads = [
             "scene",
@@ -386,9 +389,14 @@ impl Page<'_> {
             None => seconds(trade.seconds),
         };
         self.say(&format!(
-            "{}, {}, Halfway {}. {} seeds of each, {end} a render{}, integrators by turns. A point on a curve is of a render \
+            "{}, {}, Halfway {}. {} of each, {end} a render{}, integrators by turns. A point on a curve is of a render \
              that went on to its end; one that is asked for less time may learn less.\n\n```\n{}\n```\n",
-            trade.date, trade.device, trade.version, trade.seeds, self.longest(), trade.command
+            trade.date,
+            trade.device,
+            trade.version,
+            if trade.seeds == 1 { "One seed".into() } else { format!("{} seeds", trade.seeds) },
+            self.longest(),
+            trade.command
         ));
         if let Some(Drift { best, worst, .. }) = trade.drift {
             self.say(&format!(
