@@ -29,10 +29,10 @@ pub enum IntegratorName {
 pub enum Quality {
     /// Two lessons at most: the first picture comes in half the time.
     Draft,
-    /// Up to five lessons, as long as the last one was worth it.
+    /// Up to five lessons, in a render that is long enough up to seven, as long as the last one was worth it.
     #[default]
     Normal,
-    /// Seven lessons, however little the last one taught, of up to six million connections: for renders of many minutes.
+    /// Seven lessons, however little the last one taught, of up to six million connections, however short the render.
     High,
 }
 
@@ -40,7 +40,7 @@ impl Quality {
     fn training(self) -> Training {
         let normal = Training::default();
         match self {
-            Self::Draft => Training { lessons: 2, ..normal },
+            Self::Draft => Training { lessons: Some(2), ..normal },
             Self::Normal => normal,
             Self::High => normal.with_lessons(7),
         }
@@ -82,8 +82,8 @@ pub struct LearnArgs {
     /// connections by subspaces find, by what earlier ones taught: much sooner where light is hard to find.
     #[arg(long, value_name = "N", help_heading = LEARNING)]
     train_paths: Option<u32>,
-    /// How often it learns anew from the paths that it has found, at most (default: up to 5 times, as long as the last
-    /// lesson was worth it).
+    /// How often it learns anew from the paths that it has found, at most (default: up to 5 times, in a render that is
+    /// long enough up to 7, as long as the last lesson was worth it).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths",
           help_heading = LEARNING)]
     lessons: Option<u32>,

@@ -33,6 +33,8 @@ const MOST_DOUBLINGS: u32 = 2;
 /// Variance by the choice of a connection, where an eye vertex has one, over that by eye paths, whatever they connect to:
 /// 1.6 to 2.9 in five scenes (docs/measurements.md, Connections). Lessons lower the first only.
 const VARIANCE_OF_A_CONNECTION: f64 = 2.0;
+/// What a lesson gains, of what the two before it did on average (docs/measurements.md, Settings).
+const GAIN_OF_THE_NEXT: f64 = 0.5;
 /// Lessons that those can do without who know something of the scene.
 const LESSONS_KNOWN: u32 = 2;
 
@@ -56,6 +58,11 @@ fn iteration_of(lesson: u32) -> u32 {
 /// Connections that are enough for so many lessons.
 fn enough_nodes(lessons: u32) -> usize {
     ENOUGH_NODES << lessons.saturating_sub(DEFAULT_LESSONS).min(MOST_DOUBLINGS)
+}
+
+/// Share of the variance that goes with a share of the loss.
+fn gain_of_variance(gain: f64, training: &Training) -> f64 {
+    gain * VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + f64::from(training.settings.connections))
 }
 
 /// One iteration's paths, found by a model; with the mixture's density of it, p0 plus the sum over N Gamma / Q mass is 1
@@ -155,25 +162,29 @@ impl Course {
     ) -> Result<Trained, RenderError> {
         let training = &lesson.training;
         // Who knows something already has no use for what an iteration or two can teach.
-        let skipped = if lesson.known().is_some() { LESSONS_KNOWN.min(training.lessons - 1) } else { 0 };
+        let (usual, limit) = training.most_lessons();
+        let skipped = if lesson.known().is_some() { LESSONS_KNOWN.min(usual - 1) } else { 0 };
+        let mut most = usual;
         let [mut iteration, mut taught] = [0, skipped];
-        let enough = enough_nodes(training.lessons);
+        let mut next_lesson = iteration_of(taught + 1);
         let reason = loop {
             iteration += 1;
+            let enough = enough_nodes(most);
             let found = self.find_paths(lesson, iteration)?;
             if let Some(loss) = self.judge(found)? {
                 go_on(Learning::Loss(loss))?;
-                if let Some(reason) = self.not_worth_another(training, loss) {
+                // Lessons beyond the usual ones were decided on before.
+                if let Some(reason) = self.not_worth_another(training).filter(|_| most == usual) {
                     break reason;
                 }
             }
             let nodes = self.set.nodes().len();
-            let share = f64::from(iteration) / f64::from(iteration_of(training.lessons));
+            let share = f64::from(iteration) / f64::from(iteration_of(most));
             go_on(Learning::TrainingPaths(share.max(nodes as f64 / enough as f64).min(1.0)))?;
-            let due = iteration == iteration_of(taught + 1);
+            let due = iteration >= next_lesson;
             let end = if nodes >= enough {
                 Some("more connections would hardly teach more")
-            } else if due && taught + 1 >= training.lessons {
+            } else if due && taught + 1 >= most {
                 Some("as many as wanted")
             } else {
                 None
@@ -182,10 +193,16 @@ impl Course {
                 go_on(Learning::Fitting)?;
                 self.learn(lesson)?;
                 taught += 1;
+                next_lesson = 2 * iteration;
                 go_on(Learning::Lesson(self.model.clone()))?;
             }
-            if let Some(reason) = end {
-                break reason.to_string();
+            match end {
+                // A render that is long enough gains by more, as long as lessons do.
+                Some(_) if most < limit && self.not_worth_another(training).is_none() => {
+                    most += 1;
+                }
+                Some(reason) => break reason.to_string(),
+                None => {}
             }
         };
         if judge_last && self.before.is_some() {
@@ -210,13 +227,14 @@ impl Course {
         Ok(Some(loss))
     }
 
-    /// Why learning ends after a lesson that left this share of the loss.
-    fn not_worth_another(&self, training: &Training, loss: f64) -> Option<String> {
-        // The next lesson comes when there is twice as much to learn from.
-        let share = training.share_of_render(self.camera_paths, self.clock.pace(self.camera_paths));
+    /// Why learning ends here. A few bright paths make single losses uncertain, so the last two that are known are asked
+    /// together.
+    fn not_worth_another(&self, training: &Training) -> Option<String> {
+        let known = &self.losses[self.losses.len().saturating_sub(2)..];
+        let loss = known.iter().product::<f64>().powf(1.0 / known.len().max(1) as f64);
         let gain = 1.0 - loss;
-        let connections = f64::from(training.settings.connections);
-        let variance = gain * VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + connections);
+        let variance = gain_of_variance(GAIN_OF_THE_NEXT * gain, training);
+        let share = self.share_of_another(training);
         if training.least_gain == 0.0 || (gain >= training.least_gain && variance >= share) {
             return None;
         }
@@ -224,11 +242,16 @@ impl Course {
         Some(match gain < training.least_gain {
             true => format!("{gained} only"),
             false => format!(
-                "{gained}, the variance by {:.0} %, and another would take {:.0} % of the render",
+                "{gained}, so another may lower the variance by {:.0} %, and would take {:.0} % of the render",
                 100.0 * variance,
                 100.0 * share
             ),
         })
+    }
+
+    /// Share of the render that another lesson takes, which comes when there is twice as much to learn from.
+    fn share_of_another(&self, training: &Training) -> f64 {
+        training.share_of_render(self.camera_paths, self.clock.pace(self.camera_paths))
     }
 
     /// Learns how much light there is: connections then choose by power.

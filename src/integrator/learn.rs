@@ -23,8 +23,10 @@ pub(super) const LIGHT_PATHS: u32 = 200_000;
 /// A camera path that is learnt from, in those that are shown: it has more light paths, its vertices are written down,
 /// and the host works on them.
 const COST_OF_A_PATH: f64 = 2.0;
-/// Lessons at most, where nobody asks for more.
+/// Lessons at most, where nobody asks for more and nobody knows that the render is long enough for them.
 pub(super) const DEFAULT_LESSONS: u32 = 5;
+/// Lessons at most, where nobody asks for more.
+const LONG_LESSONS: u32 = 7;
 /// Vertices of the longest path to learn from.
 const LONGEST_PATH: u32 = 64;
 /// Sets the numbers of these paths apart from those of every render.
@@ -37,8 +39,8 @@ pub struct Training {
     /// subspaces find, by what earlier ones taught.
     pub paths: Option<u32>,
     pub settings: subspace::Settings,
-    /// Where it learns from its own connections: models made one after the other, at most.
-    pub lessons: u32,
+    /// Where it learns from its own connections: models made one after the other, at most; `None`: as many as pay.
+    pub lessons: Option<u32>,
     /// A lesson that lowers the loss by a smaller share is the last; 0: none is for that.
     pub least_gain: f64,
     /// Camera paths and time of the render to come, learning included, where they are known: a lesson that lowered the
@@ -71,7 +73,14 @@ impl std::fmt::Display for When {
 impl Training {
     /// So many lessons, whatever they are worth.
     pub fn with_lessons(self, lessons: u32) -> Self {
-        Self { lessons, least_gain: 0.0, ..self }
+        Self { lessons: Some(lessons), least_gain: 0.0, ..self }
+    }
+
+    /// Lessons at most, and where more of them pay.
+    pub(super) fn most_lessons(&self) -> (u32, u32) {
+        let knows_the_render = self.render_paths.is_some() || self.render_time.is_some();
+        let long = if knows_the_render { LONG_LESSONS } else { DEFAULT_LESSONS };
+        self.lessons.map_or((DEFAULT_LESSONS, long), |lessons| (lessons, lessons))
     }
 
     /// Share of the render that `paths` more camera paths would take, at `pace` of time each.
@@ -87,7 +96,7 @@ impl Default for Training {
         Self {
             paths: None,
             settings: subspace::Settings::default(),
-            lessons: DEFAULT_LESSONS,
+            lessons: None,
             least_gain: 0.03,
             render_paths: None,
             render_time: None,

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halfway::integrator::{Method, Training};
-use halfway::render::{RenderOptions, Renderer};
+use halfway::integrator::{Method, Training, When};
+use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 use halfway::subspace::{Model, Settings, SourceLabels, Tree};
@@ -170,28 +170,42 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
 /// Learning ends where the next lesson would cost more than the last one gave, or as told; and says so.
 #[test]
 fn lessons_end_for_a_reason() {
-    let (scene, _) = cornell();
-    let lessons = |training: Training, samples: u32| {
+    let lessons = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
         let settings = Settings { connections: 2, ..Settings::default() };
         let training = Training { settings, ..training };
-        let options = RenderOptions { training, ..spcbpt(method(600, 2, false), samples, None) };
+        let budget = Budget { samples, ..Budget::default() };
+        let [width, height] = size;
+        let known = spcbpt(method(600, 2, false), 1, None);
+        let options = RenderOptions { training, budget, width, height, ..known };
         let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
         let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();
         (choice, report.lesson_losses)
     };
+    let (scene, _) = cornell();
     let told = Training::default().with_lessons(3);
-    let (choice, losses) = lessons(told, 64);
+    let (choice, losses) = lessons(scene, SIZE, told, Some(64));
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // Nobody knows what the last was worth. The others helped.
     assert_eq!(losses.len(), 2);
     assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
     // Two samples a pixel are not worth more than one lesson.
-    let (choice, losses) = lessons(Training::default(), 2);
+    let (choice, losses) = lessons(scene, SIZE, Training::default(), Some(2));
     assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
     assert!(choice.reason.contains("% of the render"), "{choice:?}");
-    let (long, _) = lessons(Training::default(), 100_000);
+    let (long, _) = lessons(scene, SIZE, Training::default(), Some(100_000));
     assert!(long.value.parse::<u32>().expect("a number") > 1, "{long:?}");
+    // Where nobody knows how long the render is, five are enough; in a long one more pay, as far as they have been tried.
+    let door = builtin("door").expect("a built-in scene");
+    let first = Training { when: Some(When::First), ..Training::default() };
+    for (samples, most) in [(None, "5"), (Some(1_000_000), "7")] {
+        let (choice, losses) = lessons(&door, [24, 24], first.clone(), samples);
+        assert_eq!(
+            (choice.value.as_str(), choice.reason.as_str()),
+            (most, "as many as wanted"),
+            "{losses:?}"
+        );
+    }
 }
 
 #[test]
