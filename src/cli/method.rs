@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::input::InputError;
 use crate::error::SubspaceError;
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Training, When};
+use crate::integrator::{DEFAULT_CONNECTIONS, LONG_LESSONS, MAX_CONNECTIONS, Method, Training, When};
 use crate::subspace::{Optimiser, Settings};
 
 /// How light is transported.
@@ -42,7 +42,7 @@ impl Quality {
         match self {
             Self::Draft => Training { lessons: Some(2), ..normal },
             Self::Normal => normal,
-            Self::High => normal.with_lessons(7),
+            Self::High => normal.with_lessons(LONG_LESSONS),
         }
     }
 }

@@ -11,11 +11,13 @@ use crate::device::Kernel;
 use crate::device::layout::LightFeature;
 use crate::error::{DeviceError, RenderError};
 use crate::film::Region;
+use crate::math::statistics::geometric_mean;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::bidirectional::{Bidirectional, Purpose};
 use super::learn::{
-    Clock, DEFAULT_LESSONS, Known, LIGHT_PATHS, Learning, Lesson, Trained, Training, training_batch,
+    Clock, DEFAULT_LESSONS, Known, LIGHT_PATHS, LONG_LESSONS, Learning, Lesson, Trained, Training,
+    training_batch,
 };
 use super::records::{Records, light_features, light_sample};
 use super::{Choice, Integrator as _, Method, Settings};
@@ -28,12 +30,11 @@ const RECORDS_A_PATH: u32 = 8;
 /// (docs/measurements.md, Against pre-tracing as published). Each of the first lessons beyond the usual ones may have twice as
 /// many, of some 100 bytes each.
 const ENOUGH_NODES: usize = 1_500_000;
-const MOST_DOUBLINGS: u32 = 2;
 
 /// Variance by the choice of a connection, where an eye vertex has one, over that by eye paths, whatever they connect to:
 /// 1.6 to 2.9 in five scenes (docs/measurements.md, Connections). Lessons lower the first only.
 const VARIANCE_OF_A_CONNECTION: f64 = 2.0;
-/// What a lesson gains, of what the two before it did on average (docs/measurements.md, Settings).
+/// What a lesson gains, of what the two before it did on average (docs/measurements.md, Longer renders).
 const GAIN_OF_THE_NEXT: f64 = 0.5;
 /// Lessons that those can do without who know something of the scene.
 const LESSONS_KNOWN: u32 = 2;
@@ -57,12 +58,7 @@ fn iteration_of(lesson: u32) -> u32 {
 
 /// Connections that are enough for so many lessons.
 fn enough_nodes(lessons: u32) -> usize {
-    ENOUGH_NODES << lessons.saturating_sub(DEFAULT_LESSONS).min(MOST_DOUBLINGS)
-}
-
-/// Share of the variance that goes with a share of the loss.
-fn gain_of_variance(gain: f64, training: &Training) -> f64 {
-    gain * VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + f64::from(training.settings.connections))
+    ENOUGH_NODES << (lessons.clamp(DEFAULT_LESSONS, LONG_LESSONS) - DEFAULT_LESSONS)
 }
 
 /// One iteration's paths, found by a model; with the mixture's density of it, p0 plus the sum over N Gamma / Q mass is 1
@@ -161,8 +157,8 @@ impl Course {
         mut go_on: impl FnMut(Learning) -> Result<(), RenderError>,
     ) -> Result<Trained, RenderError> {
         let training = &lesson.training;
-        // Who knows something already has no use for what an iteration or two can teach.
         let (usual, limit) = training.most_lessons();
+        // Who knows something already has no use for what an iteration or two can teach.
         let skipped = if lesson.known().is_some() { LESSONS_KNOWN.min(usual - 1) } else { 0 };
         let mut most = usual;
         let [mut iteration, mut taught] = [0, skipped];
@@ -174,7 +170,9 @@ impl Course {
             if let Some(loss) = self.judge(found)? {
                 go_on(Learning::Loss(loss))?;
                 // Lessons beyond the usual ones were decided on before.
-                if let Some(reason) = self.not_worth_another(training).filter(|_| most == usual) {
+                if most == usual
+                    && let Some(reason) = self.not_worth_another(training)
+                {
                     break reason;
                 }
             }
@@ -231,14 +229,16 @@ impl Course {
     /// together.
     fn not_worth_another(&self, training: &Training) -> Option<String> {
         let known = &self.losses[self.losses.len().saturating_sub(2)..];
-        let loss = known.iter().product::<f64>().powf(1.0 / known.len().max(1) as f64);
-        let gain = 1.0 - loss;
-        let variance = gain_of_variance(GAIN_OF_THE_NEXT * gain, training);
-        let share = self.share_of_another(training);
+        let gain = if known.is_empty() { 0.0 } else { 1.0 - geometric_mean(known) };
+        let connections = f64::from(training.settings.connections);
+        let share_of_choice = VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + connections);
+        let variance = GAIN_OF_THE_NEXT * gain * share_of_choice;
+        // The next lesson comes when there is twice as much to learn from.
+        let share = training.share_of_render(self.camera_paths, self.clock.pace(self.camera_paths));
         if training.least_gain == 0.0 || (gain >= training.least_gain && variance >= share) {
             return None;
         }
-        let gained = format!("the last lowered the loss by {:.0} %", 100.0 * gain);
+        let gained = format!("lately a lesson lowered the loss by {:.0} %", 100.0 * gain);
         Some(match gain < training.least_gain {
             true => format!("{gained} only"),
             false => format!(
@@ -247,11 +247,6 @@ impl Course {
                 100.0 * share
             ),
         })
-    }
-
-    /// Share of the render that another lesson takes, which comes when there is twice as much to learn from.
-    fn share_of_another(&self, training: &Training) -> f64 {
-        training.share_of_render(self.camera_paths, self.clock.pace(self.camera_paths))
     }
 
     /// Learns how much light there is: connections then choose by power.

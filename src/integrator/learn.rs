@@ -25,8 +25,8 @@ pub(super) const LIGHT_PATHS: u32 = 200_000;
 const COST_OF_A_PATH: f64 = 2.0;
 /// Lessons at most, where nobody asks for more and nobody knows that the render is long enough for them.
 pub(super) const DEFAULT_LESSONS: u32 = 5;
-/// Lessons at most, where nobody asks for more.
-const LONG_LESSONS: u32 = 7;
+/// Lessons at most, where nobody asks for more; later ones have no more connections to learn from.
+pub const LONG_LESSONS: u32 = 7;
 /// Vertices of the longest path to learn from.
 const LONGEST_PATH: u32 = 64;
 /// Sets the numbers of these paths apart from those of every render.
@@ -41,10 +41,10 @@ pub struct Training {
     pub settings: subspace::Settings,
     /// Where it learns from its own connections: models made one after the other, at most; `None`: as many as pay.
     pub lessons: Option<u32>,
-    /// A lesson that lowers the loss by a smaller share is the last; 0: none is for that.
+    /// Where the last two lessons lowered the loss by a smaller share on average, there is no other; 0: that is no reason.
     pub least_gain: f64,
-    /// Camera paths and time of the render to come, learning included, where they are known: a lesson that lowered the
-    /// picture's variance by less than the share of the render that the next would take is the last as well.
+    /// Camera paths and time of the render to come, learning included, where they are known: there is no other lesson
+    /// either where it would take a larger share of the render than it is likely to lower the picture's variance by.
     pub render_paths: Option<u64>,
     pub render_time: Option<Duration>,
     /// Before the first sample, or while the picture is rendered; `None`: as the device and the budget suggest.

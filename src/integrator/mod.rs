@@ -23,7 +23,7 @@ use crate::film::Region;
 use crate::subspace::Model;
 
 pub use courtesy::Courtesy;
-pub use learn::{Known, Learning, Lesson, Trained, Training, When, find_training_paths, train};
+pub use learn::{Known, LONG_LESSONS, Learning, Lesson, Trained, Training, When, find_training_paths, train};
 pub use online::{Beginning, News, Online};
 pub use wavefront::{RayCounts, Wavefront};
 

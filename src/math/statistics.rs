@@ -9,6 +9,11 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Of positive values.
+pub fn geometric_mean(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
+}
+
 /// Of the mean, from how the values scatter; `None` for a single one.
 pub fn standard_error(values: &[f64]) -> Option<f64> {
     let (count, mean) = (values.len() as f64, mean(values));
@@ -54,6 +59,8 @@ mod tests {
     #[test]
     fn moments_and_medians_of_small_lists() {
         assert_eq!(mean(&[1.0, 2.0, 6.0]), 3.0);
+        let mean = geometric_mean(&[1.0, 4.0, 16.0]);
+        assert!((mean - 4.0).abs() < 1e-14, "{mean}");
         assert_eq!(median(&[6.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(&[6.0, 1.0, 2.0, 4.0]), 3.0);
         // Deviations -2, -1, 3: variance 7, of the mean 7/3.

@@ -175,8 +175,8 @@ fn lessons_end_for_a_reason() {
         let training = Training { settings, ..training };
         let budget = Budget { samples, ..Budget::default() };
         let [width, height] = size;
-        let known = spcbpt(method(600, 2, false), 1, None);
-        let options = RenderOptions { training, budget, width, height, ..known };
+        let small = spcbpt(method(600, 2, false), 1, None);
+        let options = RenderOptions { training, budget, width, height, ..small };
         let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
         let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();

@@ -4,7 +4,7 @@ use super::paper;
 use super::record::Drift;
 use super::results::{CandidateResult, KnobResult, SceneResult, Trade, file_name};
 use crate::cli::text::{grouped, ratio, short};
-use crate::math::statistics::median;
+use crate::math::statistics::{geometric_mean, median};
 use crate::render::trade::{Estimate, Honesty};
 
 /// The page as Markdown; `plots` is the folder of the plots, beside it.
@@ -322,9 +322,8 @@ impl Page<'_> {
                 row.extend(
                     ratios.iter().map(|ratio| ratio.map_or("-".into(), |ratio| format!("{ratio:.2}"))),
                 );
-                let logarithms: Option<f64> = ratios.iter().map(|ratio| ratio.map(f64::ln)).sum();
-                let mean = logarithms.map(|sum| (sum / ratios.len() as f64).exp());
-                row.push(mean.map_or("-".into(), |mean| format!("{mean:.2}")));
+                let all: Option<Vec<f64>> = ratios.into_iter().collect();
+                row.push(all.map(|all| geometric_mean(&all)).map_or("-".into(), |mean| format!("{mean:.2}")));
                 rows.push(row);
             }
         }
