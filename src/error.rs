@@ -279,7 +279,7 @@ pub enum PreviewError {
     #[error("the device was lost ({message}); what was seen last is saved, with the samples that it had")]
     Lost { message: String },
     #[error(transparent)]
-    Input(#[from] crate::cli::input::InputError),
+    Input(#[from] crate::cli::args::InputError),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error(transparent)]

@@ -11,14 +11,17 @@
 //! `main`, `cli`, `preview` > `render` > `integrator` > `subspace`, `film` > `device` > `accel` > `scene` > `math`.
 
 pub mod accel;
+pub mod bench;
 pub mod cli;
 pub mod device;
 pub mod error;
 pub mod film;
 pub mod integrator;
 pub mod math;
+pub mod picture_file;
 #[cfg(feature = "preview")]
 pub mod preview;
 pub mod render;
 pub mod scene;
 pub mod subspace;
+pub mod training;

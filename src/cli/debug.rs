@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::input::InputError;
+use super::args::InputError;
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
 use crate::render::Renderer;

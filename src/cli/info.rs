@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum as _};
 
 use super::Exit;
-use super::input::{InputError, SceneArgs, choose_camera};
+use super::args::{InputError, SceneArgs, choose_camera};
 use crate::accel::Accel;
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, builtin};
 use crate::subspace::Model;

@@ -1,25 +1,18 @@
 //! The command line: one file for each subcommand. Results go to stdout, progress and messages to stderr.
 
+pub mod args;
 mod bench;
-mod candidate;
 mod compare;
 mod debug;
 mod devices;
-mod efficiency;
 mod info;
-pub mod input;
-mod method;
-mod picture;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;
-mod reference;
 mod render;
 mod strategies;
-mod subject;
 mod text;
 mod trace;
-mod trade;
 mod train;
 
 use clap::{Parser, Subcommand};
@@ -132,7 +125,7 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
         };
     }
     let input = error.is::<SceneError>()
-        || error.is::<input::InputError>()
+        || error.is::<args::InputError>()
         || error.downcast_ref().is_some_and(FilmError::is_bad_input)
         || error.downcast_ref().is_some_and(SubspaceError::is_bad_input)
         || error.is::<RenderError>();

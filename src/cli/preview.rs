@@ -6,18 +6,19 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::Exit;
-use super::input::{
+use super::args::method::{IntegratorName, MethodArgs};
+use super::args::picture::{PictureArgs, ViewArgs};
+use super::args::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device,
     read_reference,
 };
-use super::method::{IntegratorName, MethodArgs};
-use super::picture::{PictureArgs, ViewArgs};
 use super::progress;
 use super::render::{load_model, say_what_is_missing};
-use crate::integrator::{DEFAULT_CONNECTIONS, Method, Training};
+use crate::integrator::{DEFAULT_CONNECTIONS, Method};
 use crate::preview::{self, Display, SLOTS, Settings};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
+use crate::training::Training;
 
 /// Look at a scene in a window while it renders: move about, switch integrators, see where it is still noisy. The picture
 /// is saved when the window is closed.

@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::error::RenderError;
-use crate::integrator::{Choice, Learning, Trained};
+use crate::integrator::Choice;
 use crate::render::Prepared;
+use crate::training::{TrainingProgress, TrainingResult};
 
 /// Between two lines where there is no terminal.
 const LINE: Duration = Duration::from_secs(10);
@@ -56,15 +57,15 @@ impl Meter {
 ///
 /// # Errors
 /// As [`Prepared::learn`].
-pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<Trained, RenderError> {
+pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<TrainingResult, RenderError> {
     let mut meter = Meter::new(quiet, Some(WHOLE as u64));
     let trained = prepared.learn(|step| {
         let (what, share) = match step {
-            Learning::TrainingPaths(share) => ("training paths", share),
-            Learning::LightPaths(share) => ("light paths", share),
+            TrainingProgress::TrainingPaths(share) => ("training paths", share),
+            TrainingProgress::LightPaths(share) => ("light paths", share),
             // A lesson has just been judged, or is over.
-            Learning::Lesson(_) | Learning::Loss(_) => return interrupted(),
-            Learning::Fitting => ("subspaces and Gamma", 1.0),
+            TrainingProgress::Round(_) | TrainingProgress::Loss(_) => return interrupted(),
+            TrainingProgress::Fitting => ("subspaces and Gamma", 1.0),
         };
         meter.show((share * WHOLE) as u64, format!("learning: {what}"));
         interrupted()

@@ -7,24 +7,25 @@ use std::time::{Duration, Instant};
 use anyhow::Context as _;
 use clap::Args;
 
-use super::debug::Debug;
-use super::input::{
+use super::args::method::MethodArgs;
+use super::args::picture::{PictureArgs, ViewArgs};
+use super::args::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device, parse_crop,
     parse_duration,
 };
-use super::method::MethodArgs;
-use super::picture::{PictureArgs, ViewArgs};
+use super::debug::Debug;
 use super::progress::{self, Meter};
 use super::trace::TraceArgs;
 use super::train::held_out_gain;
 use super::{Exit, strategies};
+use crate::bench::trade::Point;
 use crate::device::Context;
 use crate::film::{Picture, Region, exr, png, tev};
-use crate::integrator::{Method, When};
-use crate::render::trade::Point;
+use crate::integrator::Method;
 use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
 use crate::subspace::Model;
+use crate::training::When;
 
 /// Samples where no budget is given.
 const DEFAULT_SAMPLES: u32 = 64;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Context as _;
 
-use super::input::InputError;
+use super::args::InputError;
 use crate::film::contact_sheet::{self, Frame};
 use crate::film::tonemap::View;
 use crate::film::{Picture, exr};

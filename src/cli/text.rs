@@ -2,8 +2,8 @@
 
 use std::time::SystemTime;
 
+use crate::bench::efficiency::Ratio;
 use crate::math::date::date;
-use crate::render::efficiency::Ratio;
 
 /// Three significant digits.
 pub fn short(value: f64) -> String {

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 
-use super::input::{check_folder, read_reference};
+use super::args::{check_folder, read_reference};
+use crate::bench::trade::{Point, look};
 use crate::film::Picture;
 use crate::render::Report;
-use crate::render::trade::{Point, look};
 
 /// Options of a render whose picture is known better already.
 #[derive(Args, Debug)]

@@ -7,14 +7,15 @@ use anyhow::Context as _;
 use clap::Args;
 
 use super::Exit;
-use super::input::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
-use super::method::LearnArgs;
-use super::picture::PictureArgs;
+use super::args::method::LearnArgs;
+use super::args::picture::PictureArgs;
+use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
 use super::progress;
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, Trained, Training, When};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::TrainingReport;
+use crate::training::{Training, TrainingResult, When};
 
 /// Learn which light vertices of a scene are worth a connection, seen by one of its cameras, and keep it in a file for
 /// `halfway render --integrator spcbpt --model FILE`. Whatever was learnt, pictures stay unbiased: it is about noise only.
@@ -103,7 +104,7 @@ fn check_light(scene: &Scene) -> Result<(), InputError> {
     }
 }
 
-fn stats(trained: &Trained, report: &Report) -> serde_json::Value {
+fn stats(trained: &TrainingResult, report: &Report) -> serde_json::Value {
     let model = &trained.model;
     serde_json::json!({
         "scene_hash": format!("{:016x}", model.scene_hash),
@@ -112,7 +113,7 @@ fn stats(trained: &Trained, report: &Report) -> serde_json::Value {
         "pretracing_seconds": report.pretracing_seconds,
         "preprocessing_seconds": report.preprocessing_seconds,
         "camera_paths": trained.camera_paths,
-        "lesson_losses": trained.losses,
+        "round_losses": trained.losses,
         "choices": trained.choices,
         "subspaces": model.subspaces,
         "settings": model.settings,
@@ -120,7 +121,7 @@ fn stats(trained: &Trained, report: &Report) -> serde_json::Value {
     })
 }
 
-fn summary(trained: &Trained) {
+fn summary(trained: &TrainingResult) {
     let (model, report) = (&trained.model, &trained.model.report);
     let counts = &report.counts;
     eprintln!(

@@ -17,9 +17,9 @@ pub mod write;
 use std::path::Path;
 
 use crate::error::{FilmError, SceneError};
-use crate::scene::picture_file::PictureFile;
+use crate::picture_file::PictureFile;
 
-pub use crate::scene::picture_file::Attribute;
+pub use crate::picture_file::Attribute;
 
 /// Pixels of a picture: a rectangle of them, or a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

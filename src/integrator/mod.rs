@@ -1,17 +1,8 @@
 //! Integrators: what one iteration dispatches.
 
-mod bidirectional;
-mod bootstrap;
-mod courtesy;
-mod first_hits;
-mod learn;
-mod online;
+pub(crate) mod bidirectional;
 mod path;
-mod pretrace;
-pub mod ray_bench;
-mod records;
-mod subspaces;
-mod wavefront;
+pub(crate) mod wavefront;
 
 use serde::Serialize;
 
@@ -22,9 +13,7 @@ use crate::error::DeviceError;
 use crate::film::Region;
 use crate::subspace::Model;
 
-pub use courtesy::Courtesy;
-pub use learn::{Known, LONG_LESSONS, Learning, Lesson, Trained, Training, When, find_training_paths, train};
-pub use online::{Beginning, News, Online};
+pub use wavefront::submission::SubmissionLimit;
 pub use wavefront::{RayCounts, Wavefront};
 
 /// How light is transported.

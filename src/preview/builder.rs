@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 
 use crate::error::{DeviceError, RenderError};
-use crate::integrator::{Known, Learning, Trained};
 use crate::render::{Prepared, RenderOptions, Renderer, Uploaded};
 use crate::scene::{Camera, Scene};
+use crate::training::{TrainingProgress, TrainingResult, WarmStart};
 
 use super::Settings;
 use super::snapshot::Making;
@@ -16,9 +16,9 @@ use super::snapshot::Making;
 /// What comes of it.
 pub enum Built {
     Scene(Arc<Scene>, Box<Uploaded>),
-    Film(Box<Renderer>, Option<Known>),
+    Film(Box<Renderer>, Option<WarmStart>),
     /// Something was learnt for another view.
-    Lesson(Box<Trained>),
+    Round(Box<TrainingResult>),
 }
 
 /// What it is for.
@@ -26,7 +26,7 @@ pub enum Built {
 pub enum Purpose {
     Scene,
     Film,
-    Lesson,
+    Round,
 }
 
 /// Why nothing came of it.
@@ -71,12 +71,12 @@ impl State {
     }
 
     /// True where it is to end.
-    fn learning(&self, step: &Learning) -> bool {
+    fn learning(&self, step: &TrainingProgress) -> bool {
         match step {
-            Learning::TrainingPaths(share) => self.say("learning: paths", Some(*share as f32)),
-            Learning::LightPaths(share) => self.say("learning: light paths", Some(*share as f32)),
-            Learning::Fitting => self.say("learning: subspaces and Gamma", None),
-            Learning::Lesson(_) | Learning::Loss(_) => {}
+            TrainingProgress::TrainingPaths(share) => self.say("learning: paths", Some(*share as f32)),
+            TrainingProgress::LightPaths(share) => self.say("learning: light paths", Some(*share as f32)),
+            TrainingProgress::Fitting => self.say("learning: subspaces and Gamma", None),
+            TrainingProgress::Round(_) | TrainingProgress::Loss(_) => {}
         }
         self.stop.load(Ordering::Relaxed)
     }
@@ -138,13 +138,13 @@ impl Builder {
         uploaded: &Uploaded,
         camera: Camera,
         options: RenderOptions,
-        known: Option<Known>,
+        known: Option<WarmStart>,
     ) -> Result<Self, DeviceError> {
         let uploaded = uploaded.clone();
-        Self::spawn(Purpose::Lesson, slot, view, move |state| {
+        Self::spawn(Purpose::Round, slot, view, move |state| {
             state.say("learning for this view", None);
             let mut prepared = Prepared::of(&uploaded, &camera, options)?.after(known);
-            Ok(Built::Lesson(Box::new(prepared.learn(|step| state.learning(&step))?)))
+            Ok(Built::Round(Box::new(prepared.learn(|step| state.learning(&step))?)))
         })
     }
 

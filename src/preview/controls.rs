@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use crate::cli::input::{CameraArgs, InputError, moved_name};
+use crate::cli::args::{CameraArgs, InputError, moved_name};
 use crate::scene::{Bounds, Camera, Pose, Projection, Scene};
 
 /// Nearest to straight up or down that turning goes: the picture never flips.

@@ -1,9 +1,9 @@
 //! The film of one integrator: it is kept while another is looked at.
 
 use crate::error::{DeviceError, RenderError};
-use crate::integrator::Known;
 use crate::render::{Estimate, Renderer};
 use crate::scene::Camera;
+use crate::training::WarmStart;
 
 /// Points of the curve of errors at most; then every other one is left out.
 const MOST_ERRORS: usize = 400;
@@ -31,14 +31,14 @@ pub struct Film {
     pub errors: Vec<[f64; 2]>,
     /// Time for one sample of the whole picture.
     pub seconds_a_sample: Option<f64>,
-    pub known: Option<Known>,
+    pub known: Option<WarmStart>,
     /// The view that was learnt for.
     pub learnt_view: u64,
 }
 
 impl Film {
     /// Of a renderer that was made for that view.
-    pub fn new(renderer: Renderer, view: u64, known: Option<Known>) -> Self {
+    pub fn new(renderer: Renderer, view: u64, known: Option<WarmStart>) -> Self {
         Self {
             renderer,
             view: Some(view),

@@ -25,7 +25,7 @@ pub mod worker;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::cli::input::CameraArgs;
+use crate::cli::args::CameraArgs;
 use crate::device::Context;
 use crate::film::Picture;
 use crate::film::tonemap::View;

@@ -98,7 +98,7 @@ pub(super) fn figures(film: &Film, report: Report, view: u64) -> Figures {
             subspaces: model.subspaces,
             used: model.report.counts.learnt_rows,
             paths: model.report.counts.paths,
-            losses: report.lesson_losses,
+            losses: report.round_losses,
             of_this_view: film.learnt_view == view,
         }),
         choices: report.choices,

@@ -17,7 +17,7 @@ use super::gui::Gui;
 use super::panel::{self, Action, Choices, Split, Status};
 use super::snapshot::Snapshot;
 use super::watch::Watch;
-use super::worker::{Event, Save, Wish, Worker};
+use super::worker::{Event, Request, Save, Worker};
 use super::{Settings, saving};
 use crate::error::PreviewError;
 use crate::scene::Scene;
@@ -118,7 +118,7 @@ struct App {
     /// A button is held down on the picture.
     held: bool,
     /// What the worker was told last.
-    wish: Option<Wish>,
+    wish: Option<Request>,
     worker: Option<Worker>,
     gui: Option<Gui>,
     textures: Textures,
@@ -290,12 +290,12 @@ impl App {
         self.tell();
     }
 
-    fn wanted(&mut self) -> Wish {
+    fn wanted(&mut self) -> Request {
         let camera = self.navigator.camera();
         if self.wish.as_ref().is_some_and(|wish| wish.camera != camera) {
             self.view += 1;
         }
-        Wish {
+        Request {
             camera,
             camera_flags: self.navigator.flags(),
             view: self.view,

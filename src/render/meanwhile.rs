@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::{Renderer, pixel_sums};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::error::RenderError;
-use crate::integrator::News;
 use crate::subspace::Model;
+use crate::training::TrainingEvent;
 
 /// Samples by one model, at least: two groups know their variance.
-pub(super) const SAMPLES_A_LESSON: u32 = 2 * SAMPLES_A_GROUP;
+pub(super) const SAMPLES_PER_ROUND: u32 = 2 * SAMPLES_A_GROUP;
 
 impl Renderer {
     /// Hears what was learnt in the meantime. Samples weigh by the inverse of their model's loss: the variance of a
@@ -17,17 +17,17 @@ impl Renderer {
     /// picture, so that weights do not depend on what they weigh.
     pub(super) fn hear(&mut self) -> Result<(), RenderError> {
         while let Some(learning) = &self.learning {
-            if self.samples < self.next_lesson || !self.samples.is_multiple_of(SAMPLES_A_GROUP) {
+            if self.samples < self.next_round || !self.samples.is_multiple_of(SAMPLES_A_GROUP) {
                 break;
             }
             match learning.hear()? {
                 None => break,
-                Some(News::Lesson(model)) => {
+                Some(TrainingEvent::Round(model)) => {
                     self.connect_by(model)?;
-                    self.next_lesson = self.samples + SAMPLES_A_LESSON;
+                    self.next_round = self.samples + SAMPLES_PER_ROUND;
                 }
-                Some(News::Loss(loss)) => self.weigh_earlier(loss),
-                Some(News::End(trained)) => {
+                Some(TrainingEvent::Loss(loss)) => self.weigh_earlier(loss),
+                Some(TrainingEvent::End(trained)) => {
                     self.report.choices.extend(trained.choices);
                     self.learning = None;
                 }
@@ -46,7 +46,7 @@ impl Renderer {
         self.sums.settle();
         self.integrator.set_model(&self.context, &model)?;
         self.report.training = Some(model.report.clone());
-        self.report.lesson_samples.push(self.samples);
+        self.report.round_samples.push(self.samples);
         self.model = Some(model);
         Ok(())
     }
@@ -54,6 +54,6 @@ impl Renderer {
     /// The loss by the model of now, over that by the one before.
     pub fn weigh_earlier(&mut self, loss: f64) {
         self.sums.weigh_earlier(loss);
-        self.report.lesson_losses.push(loss);
+        self.report.round_losses.push(loss);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::meanwhile::SAMPLES_A_LESSON;
+use super::meanwhile::SAMPLES_PER_ROUND;
 use super::{Budget, RenderOptions, Renderer, Report, Stop};
 use crate::accel::Accel;
 use crate::device::Context;
@@ -11,11 +11,11 @@ use crate::device::scene::DeviceScene;
 use crate::error::{DeviceError, RenderError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
-use crate::integrator::{
-    Beginning, Choice, Known, Learning, Lesson, Method, RayCounts, Settings, Trained, Training, When,
-    integrator, train,
-};
+use crate::integrator::{Choice, Method, RayCounts, Settings, integrator};
 use crate::scene::{self, Scene, SceneFeatures};
+use crate::training::{
+    PreparedTrainer, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When, train,
+};
 
 /// A scene on a device: what all its renders share. Clones are the same one.
 #[derive(Clone)]
@@ -65,7 +65,7 @@ pub struct Prepared {
     scene: DeviceScene,
     camera: Camera,
     settings: Settings,
-    known: Option<Known>,
+    known: Option<WarmStart>,
     report: Report,
 }
 
@@ -117,8 +117,8 @@ impl Prepared {
             pretracing_seconds: 0.0,
             preprocessing_seconds: 0.0,
             training: None,
-            lesson_losses: Vec::new(),
-            lesson_samples: Vec::new(),
+            round_losses: Vec::new(),
+            round_samples: Vec::new(),
             choices: Vec::new(),
             estimated_error: None,
             rays: RayCounts::default(),
@@ -170,7 +170,7 @@ impl Prepared {
     }
 
     /// Learns with what is known of the scene, however it was seen.
-    pub fn after(self, known: Option<Known>) -> Self {
+    pub fn after(self, known: Option<WarmStart>) -> Self {
         Self { known, ..self }
     }
 
@@ -178,11 +178,14 @@ impl Prepared {
     ///
     /// # Errors
     /// A lost device, no light to learn from, [`RenderError::Interrupted`].
-    pub fn learn(&mut self, interrupted: impl FnMut(Learning) -> bool) -> Result<Trained, RenderError> {
+    pub fn learn(
+        &mut self,
+        interrupted: impl FnMut(TrainingProgress) -> bool,
+    ) -> Result<TrainingResult, RenderError> {
         let trained = train(&self.lesson()?, interrupted)?;
         self.report.pretracing_seconds = trained.tracing.as_secs_f64();
         self.report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
-        self.report.lesson_losses = trained.losses.clone();
+        self.report.round_losses = trained.losses.clone();
         self.say_when(When::First);
         self.report.choices.extend(trained.choices.clone());
         self.options.model = Some(trained.model.clone());
@@ -190,8 +193,8 @@ impl Prepared {
     }
 
     /// Makes ready to learn while rendering; until there are lessons, connections choose by power.
-    fn begin_to_learn(&mut self) -> Result<Beginning, RenderError> {
-        let beginning = Beginning::new(self.lesson()?)?;
+    fn begin_to_learn(&mut self) -> Result<PreparedTrainer, RenderError> {
+        let beginning = PreparedTrainer::new(self.lesson()?)?;
         self.report.pretracing_seconds = beginning.elapsed().as_secs_f64();
         self.report.preprocessing_seconds = self.report.pretracing_seconds;
         self.say_when(When::Meanwhile);
@@ -206,7 +209,7 @@ impl Prepared {
     }
 
     /// With what is known of the render to come.
-    fn lesson(&self) -> Result<Lesson, DeviceError> {
+    fn lesson(&self) -> Result<TrainingTask, DeviceError> {
         let Budget { samples, time, .. } = self.options.budget;
         let pixels = u64::from(self.settings.region.pixels());
         let training = Training {
@@ -214,8 +217,14 @@ impl Prepared {
             render_time: time,
             ..self.options.training.clone()
         };
-        let lesson =
-            Lesson::new(&self.context, &self.scene, &self.camera, self.settings, self.scene_hash, &training)?;
+        let lesson = TrainingTask::new(
+            &self.context,
+            &self.scene,
+            &self.camera,
+            self.settings,
+            self.scene_hash,
+            &training,
+        )?;
         Ok(lesson.after(self.known.clone()))
     }
 
@@ -250,8 +259,8 @@ impl Prepared {
             model,
             integrator,
             sums: FilmSums::new(settings.region.width, settings.region.height),
-            learning: course.map(Beginning::start).transpose()?,
-            next_lesson: SAMPLES_A_LESSON,
+            learning: course.map(PreparedTrainer::start).transpose()?,
+            next_round: SAMPLES_PER_ROUND,
             first_hits: None,
             samples: 0,
             elapsed: Duration::ZERO,

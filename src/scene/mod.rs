@@ -9,9 +9,7 @@ pub mod builtin;
 pub mod environment;
 pub mod features;
 pub mod gltf;
-pub mod picture_file;
 
-mod accessor;
 mod bounds;
 mod camera;
 mod light;

@@ -42,7 +42,7 @@ pub struct GammaTables {
 
 impl Model {
     /// One subspace a side, and a Q that says nothing: any light vertex is as good as its power.
-    pub fn ignorant(lights: usize, scene_hash: u64, settings: Settings) -> Self {
+    pub fn untrained(lights: usize, scene_hash: u64, settings: Settings) -> Self {
         Self {
             scene_hash,
             settings,

@@ -72,7 +72,7 @@ fn choices_are_said() {
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(case.path("render.json")).expect("a report")).expect("JSON");
     assert_eq!(report["choices"].as_array().map(Vec::len), Some(5), "{report}");
-    assert_eq!(report["lesson_losses"].as_array().map(Vec::len), Some(1), "{report}");
+    assert_eq!(report["round_losses"].as_array().map(Vec::len), Some(1), "{report}");
     let run = case.run(&format!("{RENDER} --train-paths 900 --light-paths 99 --subspaces 5"));
     run.assert(0, &["samples that share light paths 8 ("]);
     assert_eq!(run.said.matches("chosen: ").count(), 2, "{}", run.said);

@@ -2,11 +2,12 @@
 //! there (C-09).
 
 use halfway::film::Picture;
-use halfway::integrator::{Method, Training, When};
+use halfway::integrator::Method;
 use halfway::render::{Budget, RenderOptions, Renderer, Report};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 use halfway::subspace::Settings;
+use halfway::training::{Training, When};
 
 use crate::bidirectional::{SIZE, mean, renders};
 use crate::gpu;
@@ -18,7 +19,7 @@ const LESSONS: u32 = 3;
 fn renderer(scene: &Scene, seed: u64) -> Renderer {
     let settings = Settings { connections: 2, ..Settings::default() };
     let training =
-        Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_lessons(LESSONS);
+        Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_rounds(LESSONS);
     let method = Method::SpcBpt { light_paths: None, connections: 2, light_tracing: false };
     let options = RenderOptions { seed, method, training, ..options(SIZE, 8) };
     Renderer::new(gpu::context(), scene, options).expect("a renderer")
@@ -62,11 +63,11 @@ fn c09_learning_while_rendering_agrees_with_path() {
     for seed in 3000..3008 {
         let mut renderer = renderer(&scene, seed);
         let report = render(&mut renderer);
-        let at = &report.lesson_samples;
+        let at = &report.round_samples;
         assert_eq!(at.len(), LESSONS as usize, "{at:?}");
         assert!(at.is_sorted() && at.iter().all(|samples| samples % 8 == 0), "{at:?}");
         // The last is judged as well: what was rendered before it has its weight.
-        let losses = &report.lesson_losses;
+        let losses = &report.round_losses;
         assert!(
             losses.len() == LESSONS as usize && losses.iter().all(|loss| (0.01..1.3).contains(loss)),
             "{losses:?}"
@@ -102,7 +103,7 @@ fn learning_ends_with_the_render() {
     renderer.run(|_| false).expect("a render");
     let report = renderer.report().expect("a report");
     let told = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice");
-    assert_eq!(told.value, report.lesson_samples.len().to_string());
+    assert_eq!(told.value, report.round_samples.len().to_string());
     assert_eq!(told.reason, "the render ended before learning did");
     let learnt = renderer.model.clone().expect("a model");
     renderer.restart(8, None).expect("a renderer");

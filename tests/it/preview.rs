@@ -4,19 +4,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use halfway::cli::input::CameraArgs;
+use halfway::cli::args::CameraArgs;
 use halfway::device::{Context, DeviceChoice};
 use halfway::film::Picture;
 use halfway::film::tonemap::View;
-use halfway::integrator::{Method, Training};
+use halfway::integrator::Method;
 use halfway::preview::controls::Navigator;
 use halfway::preview::snapshot::Snapshot;
-use halfway::preview::worker::{Event, Save, Saved, Wish, Worker};
+use halfway::preview::worker::{Event, Request, Save, Saved, Worker};
 use halfway::preview::{SLOTS, Settings};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 use halfway::subspace::Model;
+use halfway::training::Training;
 
 use crate::gpu;
 
@@ -37,7 +38,7 @@ fn methods() -> [Method; SLOTS] {
 }
 
 fn options() -> RenderOptions {
-    let training = Training::default().with_lessons(2);
+    let training = Training::default().with_rounds(2);
     RenderOptions { width: 44, height: 36, seed: 7, training, ..RenderOptions::default() }
 }
 
@@ -62,8 +63,8 @@ fn settings(context: &Context, slot: usize) -> Settings {
     }
 }
 
-fn wish(navigator: &Navigator, slot: usize, view: u64) -> Wish {
-    Wish {
+fn wish(navigator: &Navigator, slot: usize, view: u64) -> Request {
+    Request {
         camera: navigator.camera(),
         camera_flags: navigator.flags(),
         view,
@@ -184,7 +185,7 @@ fn saved_pictures_are_those_of_render() {
     // The camera moves, seen small meanwhile, while another integrator is asked for.
     for view in 1..=6 {
         stage.navigator.orbit(0.01, 0.004);
-        let moved = Wish { moving: true, ..wish(&stage.navigator, PATH, view) };
+        let moved = Request { moving: true, ..wish(&stage.navigator, PATH, view) };
         stage.worker.wish(moved, true);
         std::thread::sleep(Duration::from_millis(30));
     }
@@ -244,7 +245,7 @@ fn learns_in_the_background_and_takes_over() {
 #[test]
 fn integrators_are_rendered_side_by_side() {
     let mut stage = Stage::new(settings(gpu::context(), LVCBPT));
-    stage.worker.wish(Wish { beside: Some(PATH), ..wish(&stage.navigator, LVCBPT, 0) }, false);
+    stage.worker.wish(Request { beside: Some(PATH), ..wish(&stage.navigator, LVCBPT, 0) }, false);
     let both = stage.wait(|snapshot| snapshot.beside.is_some() && snapshot.figures.done);
     assert_eq!((both.slot, both.figures.samples), (LVCBPT, SAMPLES));
     let (slot, beside) = both.beside.clone().expect("another picture");
@@ -270,7 +271,7 @@ fn pictures_come_while_the_camera_moves() {
     while seen.len() < 4 {
         view += 1;
         stage.navigator.orbit(1e-3, 0.0);
-        stage.worker.wish(Wish { moving: true, ..wish(&stage.navigator, LVCBPT, view) }, true);
+        stage.worker.wish(Request { moving: true, ..wish(&stage.navigator, LVCBPT, view) }, true);
         std::thread::sleep(Duration::from_millis(3));
         let snapshot = stage.worker.snapshot();
         if snapshot.view > 0 && snapshot.picture.width < 192 {
@@ -319,7 +320,7 @@ fn r08_a_lost_device_keeps_the_last_picture() {
     let context = Context::new(&DeviceChoice::Auto).expect("a device");
     let settings = Settings { samples: None, ..settings(&context, PATH) };
     let mut stage = Stage::new(settings);
-    stage.worker.wish(Wish { samples: None, ..wish(&stage.navigator, PATH, 0) }, false);
+    stage.worker.wish(Request { samples: None, ..wish(&stage.navigator, PATH, 0) }, false);
     stage.wait(|snapshot| snapshot.figures.samples > 8);
     context.device.destroy();
     let start = Instant::now();

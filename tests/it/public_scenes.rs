@@ -6,11 +6,12 @@ use glam::{DVec3, Vec3};
 use halfway::film::Picture;
 use halfway::film::metric::{self, Comparison};
 use halfway::film::tonemap::View;
-use halfway::integrator::{DEFAULT_CONNECTIONS, Method, Training};
+use halfway::integrator::{DEFAULT_CONNECTIONS, Method};
 use halfway::render::RenderOptions;
 use halfway::scene::Scene;
 use halfway::scene::gltf::{LoadOptions, load};
 use halfway::subspace::Settings;
+use halfway::training::Training;
 
 use crate::bidirectional::renders;
 use crate::shots::{options, render};

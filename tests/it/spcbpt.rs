@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halfway::integrator::{Method, Training, When};
+use halfway::integrator::Method;
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 use halfway::subspace::{Model, Settings, SourceLabels, Tree};
+use halfway::training::{Training, When};
 
 use crate::bidirectional::{SIZE, assert_options_same_as_path, mean, renders};
 use crate::frozen_paths_subspaces::dark_glass;
@@ -180,10 +181,10 @@ fn lessons_end_for_a_reason() {
         let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
         let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();
-        (choice, report.lesson_losses)
+        (choice, report.round_losses)
     };
     let (scene, _) = cornell();
-    let told = Training::default().with_lessons(3);
+    let told = Training::default().with_rounds(3);
     let (choice, losses) = lessons(scene, SIZE, told, Some(64));
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // Nobody knows what the last was worth. The others helped.

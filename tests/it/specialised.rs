@@ -2,7 +2,7 @@
 //! and what is required follows from the scene (S-03).
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
-use halfway::integrator::{Method, Training};
+use halfway::integrator::Method;
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
@@ -10,6 +10,7 @@ use halfway::scene::{
     Texture, TextureRef, Wrap,
 };
 use halfway::subspace::Settings;
+use halfway::training::Training;
 
 use crate::bidirectional::renders;
 use crate::gpu;

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use halfway::bench::reference::{AccumulatedReference, Pass, Reference, check};
+use halfway::bench::speed::SpeedProbe;
+use halfway::bench::trade::{Goal, Plan, Point, Typical, measure, summary, time_to, typical};
 use halfway::film::average::average;
 use halfway::film::metric::{self, ReferenceNoise};
 use halfway::film::{Attribute, Layer, Picture, Region};
 use halfway::math::curve::{self, Crossing, front};
-use halfway::render::pace::Gauge;
-use halfway::render::reference::{Grown, Portion, Truth, check};
-use halfway::render::trade::{Goal, Plan, Point, Typical, measure, summary, time_to, typical};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::builtin;
 use serde_json::Value;
@@ -180,7 +180,7 @@ fn times_are_scaled_to_a_pace() {
 /// The clock of work goes on where the device does, and does not count its own looks.
 #[test]
 fn a_clock_tells_work() {
-    let mut gauge = Gauge::new(gpu::context()).expect("a gauge");
+    let mut gauge = SpeedProbe::new(gpu::context()).expect("a gauge");
     let pace = gauge.pace().expect("a pace");
     let mut clock = gauge.clock().expect("a clock");
     assert!(!clock.is_due(1.9) && clock.is_due(2.1));
@@ -229,8 +229,8 @@ fn a_render_goes_on_to_its_goal() {
     let reference = renderer.picture().expect("a picture");
     // The looks compare every other pixel of every other row.
     let region = Region::lattice(16, 16, 2);
-    let truth = Truth { picture: &reference.part(&region), region };
-    let mut gauge = Gauge::new(gpu::context()).expect("a gauge");
+    let truth = Reference { picture: &reference.part(&region), region };
+    let mut gauge = SpeedProbe::new(gpu::context()).expect("a gauge");
     let mut run = |time: Duration, goal: Option<Goal>| {
         let mut clock = gauge.clock().expect("a clock");
         let plan = Plan { time: Some(time), samples: None, equal_samples: 8, goal };
@@ -293,12 +293,12 @@ fn a_reference_grows_by_the_weighted_mean() {
 /// Two integrators judge each other by how their portions scatter.
 #[test]
 fn a_check_is_as_sure_as_portions_scatter() {
-    let grown = |means: [f64; 2]| Grown {
+    let grown = |means: [f64; 2]| AccumulatedReference {
         picture: picture(1.0, 0.25, 16.0),
         samples: 16,
         seconds: 1.0,
         non_finite: 0,
-        portions: means.map(|mean| Portion { samples: 8, mean }).into(),
+        portions: means.map(|mean| Pass { samples: 8, mean }).into(),
     };
     let found = check(&grown([0.9, 1.1]), &grown([2.1, 2.1])).expect("comparable");
     assert_close(found.mean_ratio, 2.1);

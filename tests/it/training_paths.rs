@@ -4,12 +4,11 @@ use halfway::accel::Accel;
 use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
 use halfway::film::Region;
-use halfway::integrator::{
-    DEFAULT_ROULETTE_CAP, Lesson, Method, Settings, Training, find_training_paths, train,
-};
+use halfway::integrator::{DEFAULT_ROULETTE_CAP, Method, Settings};
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace;
+use halfway::training::{Training, TrainingTask, find_training_paths, train};
 
 use crate::frozen_paths_subspaces::dark_glass;
 use crate::gpu;
@@ -41,7 +40,7 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let learning =
         subspace::Settings { subspaces: Some(12), connections: CONNECTIONS, ..subspace::Settings::default() };
     let training = Training { settings: learning, ..Training::default() };
-    let lesson = Lesson::new(context, &device, &camera, settings, 0, &training).expect("lights");
+    let lesson = TrainingTask::new(context, &device, &camera, settings, 0, &training).expect("lights");
     let trained = train(&lesson, |_| false).expect("light to learn from");
     let model = &trained.model;
     let set = find_training_paths(&lesson, model).expect("more paths");

@@ -8,10 +8,11 @@
 //! A file is not trusted: every index, offset, count and float is checked before use, and URIs stay in the
 //! folder of the file. Faults carry the code that the Khronos glTF validator gives them.
 
-pub(super) mod buffers;
+mod accessor;
+mod buffers;
 mod camera;
 mod container;
-pub(super) mod document;
+mod document;
 mod extensions;
 mod image;
 mod material;
@@ -27,8 +28,8 @@ use std::path::Path;
 use glam::DAffine3;
 
 use super::Scene;
-use super::accessor::Accessors;
 use crate::error::SceneError;
+use accessor::Accessors;
 use buffers::Buffers;
 use document::{Document, at};
 use material::MaterialTable;

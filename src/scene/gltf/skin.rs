@@ -6,7 +6,7 @@ use super::document::{Document, at};
 use super::mesh::{Influences, Primitive};
 use super::place::normal_matrix;
 use crate::error::SceneError;
-use crate::scene::accessor::{Accessors, Format};
+use crate::scene::gltf::accessor::{Accessors, Format};
 
 const INVERSE_BIND: Format =
     Format { what: "inverseBindMatrices", kinds: &["MAT4"], integers: &[], float: true };

@@ -1,0 +1,239 @@
+//! What speed costs in accuracy: renders that are looked at while they converge.
+
+mod summary;
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::reference::Reference;
+use super::speed::NormalisedClock;
+use crate::error::{FilmError, RenderError};
+use crate::film::Picture;
+use crate::film::metric::{self, Errors};
+use crate::math::curve;
+use crate::render::{Budget, Progress, Renderer, Report, Stop};
+
+pub use summary::{
+    ErrorCalibration, Estimate, Summary, Target, Typical, front, summary, time_to, typical, value_at,
+};
+
+/// Samples of the first look, a whole group; then after twice as many, and so on.
+const FIRST_LOOK: u32 = 8;
+
+/// How long a render goes on, and where it is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Of rendering, pre-processing included.
+    pub time: Option<Duration>,
+    /// Samples a pixel.
+    pub samples: Option<u32>,
+    /// A look at so many samples as well.
+    pub equal_samples: u32,
+    pub goal: Option<Goal>,
+}
+
+/// For whom time is not long enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// MAPE to be met.
+    pub error: f64,
+    /// Where it is not met in time but may be soon, a render goes on until it is, for no longer than this.
+    pub longest: Duration,
+}
+
+impl Goal {
+    /// Whether to go on, as far as the looks so far tell. Beyond its end a curve is continued by a factor: a render that
+    /// would not come so far has no need to begin.
+    pub fn is_near(&self, points: &[Point]) -> bool {
+        let pairs: Vec<[f64; 2]> = points.iter().map(|point| [point.total_seconds(), point.mape]).collect();
+        let far = points.last().is_some_and(|point| point.mape > self.error);
+        let within = |seconds: f64| seconds <= curve::REACH * self.longest.as_secs_f64();
+        far && curve::continued(&pairs, self.error).is_some_and(within)
+    }
+}
+
+impl Plan {
+    pub fn budget(&self) -> Budget {
+        Budget { time: self.time, samples: self.samples, error: None }
+    }
+
+    /// The next look at a render that goes on to its goal: there are more of them, so that it ends soon after, the same for
+    /// all renders.
+    fn look_after(&self, samples: u32) -> Option<u32> {
+        let end = self.samples.unwrap_or(u32::MAX);
+        let steps =
+            (1..).map(|quarters| (f64::from(FIRST_LOOK) * 2f64.powf(0.25 * f64::from(quarters))) as u32);
+        let next = steps.map(|step| step.next_multiple_of(FIRST_LOOK)).find(|&look| look > samples)?;
+        let next = if samples < self.equal_samples { next.min(self.equal_samples) } else { next };
+        (samples < end).then_some(next.min(end))
+    }
+
+    /// Samples at which a render is looked at, in order, without end where nothing but time ends it.
+    pub fn looks(&self) -> impl Iterator<Item = u32> {
+        let end = self.samples.unwrap_or(u32::MAX);
+        let mut last = 0;
+        let (mut next, equal) = (FIRST_LOOK, self.equal_samples);
+        std::iter::from_fn(move || {
+            if last >= end {
+                return None;
+            }
+            let look = if last < equal && equal < next { equal } else { next };
+            if look == next {
+                next = next.saturating_mul(2);
+            }
+            last = look.min(end);
+            Some(last)
+        })
+    }
+}
+
+/// A look at a render while it goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// A pixel.
+    pub samples: u32,
+    /// Of rendering alone.
+    pub seconds: f64,
+    /// Of learning before.
+    pub preprocessing_seconds: f64,
+    /// The same two in what the device could have done in them: see [`NormalisedClock`].
+    pub work: f64,
+    pub preprocessing_work: f64,
+    /// As in [`Errors`], the noise of the reference included.
+    pub mape: f64,
+    pub relmse: f64,
+    pub relmse_trimmed: f64,
+    /// The picture's mean over the reference's.
+    pub mean_ratio: f64,
+    /// What the renderer believed its MAPE to be; `None` before two groups of samples.
+    pub estimated_error: Option<f64>,
+    pub non_finite: u64,
+}
+
+impl Point {
+    /// The names of [`row`](Self::row).
+    pub const COLUMNS: &str = "samples,seconds,preprocessing_seconds,total_seconds,mape,relmse,relmse_trimmed,mean_ratio,\
+                               estimated_mape,non_finite";
+
+    /// As a line of a CSV file.
+    pub fn row(&self) -> String {
+        let Self {
+            samples, seconds, preprocessing_seconds, mape, relmse, relmse_trimmed, mean_ratio, ..
+        } = self;
+        let total = self.total_seconds();
+        let estimate = self.estimated_error.map_or(String::new(), |error| error.to_string());
+        format!(
+            "{samples},{seconds},{preprocessing_seconds},{total},{mape},{relmse},{relmse_trimmed},{mean_ratio},{estimate},{}",
+            self.non_finite
+        )
+    }
+
+    pub fn total_seconds(&self) -> f64 {
+        self.seconds + self.preprocessing_seconds
+    }
+
+    pub fn total_work(&self) -> f64 {
+        self.work + self.preprocessing_work
+    }
+
+    /// With times as they are where the work of the gauge takes `pace` seconds.
+    pub fn at_pace(&self, pace: f64) -> Self {
+        Self { seconds: pace * self.work, preprocessing_seconds: pace * self.preprocessing_work, ..*self }
+    }
+
+    pub fn errors(&self) -> Errors {
+        Errors { mape: self.mape, relmse: self.relmse, relmse_trimmed: self.relmse_trimmed }
+    }
+}
+
+/// Compares a render's picture with a reference; `work` is that of rendering and of learning before.
+///
+/// # Errors
+/// A reference that nothing can be compared with.
+pub fn look(
+    report: &Report,
+    picture: &Picture,
+    reference: &Picture,
+    [work, preprocessing_work]: [f64; 2],
+) -> Result<Point, FilmError> {
+    let Errors { mape, relmse, relmse_trimmed } = metric::errors(picture, reference)?;
+    Ok(Point {
+        samples: report.samples,
+        seconds: report.seconds,
+        preprocessing_seconds: report.preprocessing_seconds,
+        work,
+        preprocessing_work,
+        mape,
+        relmse,
+        relmse_trimmed,
+        mean_ratio: metric::mean_ratio(picture, reference).ratio,
+        estimated_error: report.estimated_error,
+        non_finite: report.non_finite,
+    })
+}
+
+/// Renders by a plan; looking does not count as time. `clock` has seen what came before. `None` where `interrupted` said so,
+/// which is asked after every round.
+///
+/// # Errors
+/// A lost device, a reference that nothing can be compared with.
+pub fn measure(
+    renderer: &mut Renderer,
+    plan: &Plan,
+    truth: &Reference<'_>,
+    clock: &mut NormalisedClock,
+    mut interrupted: impl FnMut(&Progress) -> bool,
+) -> Result<Option<Vec<Point>>, RenderError> {
+    let before = renderer.report()?.preprocessing_seconds;
+    let preprocessing_work = clock.work(before)?;
+    let mut points: Vec<Point> = Vec::new();
+    let mut looks = plan.looks();
+    // Of a render that goes on to its goal.
+    let mut goal: Option<Goal> = None;
+    loop {
+        let next = match (goal, points.last()) {
+            (Some(_), Some(last)) => plan.look_after(last.samples),
+            _ => looks.next(),
+        };
+        let Some(samples) = next else { break };
+        let time = goal.map(|goal| goal.longest).or(plan.time);
+        // The clock runs in `run` alone.
+        renderer.set_budget(Budget { samples: Some(samples), time, error: None });
+        let (stop, work) = loop {
+            let mut given_up = false;
+            let stop = renderer.run(|progress| {
+                given_up = interrupted(progress);
+                given_up || clock.is_due(before + progress.elapsed.as_secs_f64())
+            })?;
+            if given_up {
+                return Ok(None);
+            }
+            let seconds = before + renderer.elapsed().as_secs_f64();
+            let work = clock.work(seconds)? - preprocessing_work;
+            let stop = match time {
+                // What is interrupted has not looked at the time.
+                Some(time) if stop == Stop::Interrupted && seconds >= time.as_secs_f64() => Stop::Time,
+                _ => stop,
+            };
+            if stop != Stop::Interrupted {
+                break (stop, work);
+            }
+        };
+        let (report, picture) = (renderer.report()?, renderer.radiance()?.part(&truth.region));
+        points.push(look(&report, &picture, truth.picture, [work, preprocessing_work])?);
+        match goal {
+            Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
+                break;
+            }
+            None if stop == Stop::Time => {
+                goal = plan.goal.filter(|goal| goal.is_near(&points));
+                if goal.is_none() {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(Some(points))
+}

@@ -1,0 +1,80 @@
+//! The arguments about the picture that is rendered, shared by the subcommands that render.
+
+use clap::Args;
+
+use super::parse_size;
+use crate::device::DeviceChoice;
+use crate::film::tonemap::View;
+use crate::integrator::DEFAULT_ROULETTE_CAP;
+use crate::render::RenderOptions;
+use crate::scene::Scene;
+
+/// Pixels of a picture that no size is given for, where the scene has no wish either.
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+
+/// Where paths end.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct PathArgs {
+    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_depth: Option<u32>,
+    #[arg(long, value_name = "Q", value_parser = parse_probability,
+          help = format!("Least probability that Russian roulette lets a path go on after a surface; above it, it is the \
+                          surface's albedo (default: {DEFAULT_ROULETTE_CAP})"))]
+    roulette_cap: Option<f32>,
+}
+
+impl PathArgs {
+    /// The options with what is given here.
+    pub fn apply(&self, options: RenderOptions) -> RenderOptions {
+        RenderOptions {
+            max_depth: self.max_depth.or(options.max_depth),
+            roulette_cap: self.roulette_cap.unwrap_or(options.roulette_cap),
+            ..options
+        }
+    }
+}
+
+fn parse_probability(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("a probability is a number above 0 and at most 1, such as 0.3".into()),
+    }
+}
+
+/// How large the picture is, where its paths end, and what makes it.
+#[derive(Args, Clone, Debug)]
+pub struct PictureArgs {
+    /// Size of the picture in pixels (default: the scene's own wish, or 1280x720).
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    paths: PathArgs,
+    /// Device by number or name as `halfway devices` lists them, or cpu.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
+}
+
+impl PictureArgs {
+    /// The size that is asked for, else that of the scene.
+    pub fn size(&self, scene: &Scene) -> [u32; 2] {
+        self.size.or(scene.resolution).unwrap_or(DEFAULT_SIZE)
+    }
+
+    /// A render of the scene seen by one of its cameras, by default in all that is not said here.
+    pub fn options(&self, scene: &Scene, camera: usize) -> RenderOptions {
+        let [width, height] = self.size(scene);
+        self.paths.apply(RenderOptions { width, height, camera, ..RenderOptions::default() })
+    }
+}
+
+/// How a picture is shown.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct ViewArgs {
+    /// How scene light becomes colours on a screen or in a PNG.
+    #[arg(long, value_enum, default_value_t)]
+    pub view: View,
+    /// Exposure of these, in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f32,
+}

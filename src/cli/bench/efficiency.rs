@@ -1,0 +1,223 @@
+//! `halfway bench efficiency`
+
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::json;
+
+use super::candidate::{Candidate, parse_integrators};
+use super::reference::{ReferenceArgs, ReferenceFile};
+use super::scene::{BenchScene, BenchSceneArgs};
+use crate::bench::efficiency::{Run, Summary, Work, measure, summary};
+use crate::cli::Exit;
+use crate::cli::args::parse_duration;
+use crate::cli::text::{command_line, grouped, ratio, short, today};
+use crate::device::Context;
+use crate::render::{RenderOptions, Renderer, Report};
+
+/// What is measured and how, below the options of `--help`.
+const METHOD: &str = "\
+In every round each integrator renders once, in an order that turns round from round to round, each time with a seed of
+its own and always as many samples. Seconds are of rendering, without loading and compiling.
+
+A reference is DIR/NAME.exr, or made and kept as DIR/NAME-WIDTHxHEIGHT-SCENE-CAMERA-INTEGRATOR.exr, SCENE a hash of all
+the scene's data (`halfway bench reference` makes them as well, and checks them). One that is neither exact enough nor had
+its time goes on growing. Remove it when the renderer itself has changed.
+
+Columns:
+  s                    median time of a render
+  MAPE, relMSE         mean over the rounds, as `halfway compare` has them; the variance of the reference, where it
+                       is known, is subtracted from relMSE, but not from MAPE
+  trimmed              relMSE without its largest 0.1 %, nothing subtracted
+  efficiency           1 / (mean relMSE x mean time)
+  ratio                of efficiencies: median of the rounds' pairs, and its 95 % interval (bootstrap)
+  mean ratio           the picture's mean over the reference's, +- its standard error; few rounds know that badly:
+                       with 8 one in 200 is beyond 4 of them by chance
+  learning             seconds of spcbpt before its first sample: done once for all rounds, in none of the times
+  rays to vertices     for one sample of every pixel; connections are those tested
+  MiB                  all buffers of the device";
+
+/// Efficiency of integrators: 1 / (relMSE x time).
+#[derive(Args, Debug)]
+#[command(after_long_help = METHOD)]
+pub struct EfficiencyArgs {
+    #[command(flatten)]
+    subject: BenchSceneArgs,
+    /// Integrators, with settings where the default is not meant: path,lvcbpt:connections=2,light-tracing,light.
+    /// Ratios are to the first.
+    #[arg(long, value_name = "LIST", default_value = "path,bdpt,lvcbpt")]
+    integrators: String,
+    /// Choose samples so that a render takes about this time.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "2s")]
+    time: Duration,
+    /// Samples a pixel, for all integrators, in place of a time.
+    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Renders of each integrator.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
+    rounds: u32,
+    /// Seeds of the rounds count from here.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    #[command(flatten)]
+    reference: ReferenceArgs,
+    /// Print JSON, with every run, in place of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Measures scene by scene and prints.
+///
+/// # Errors
+/// Bad input, no device, a reference that cannot be kept.
+pub fn run(args: &EfficiencyArgs, quiet: bool) -> anyhow::Result<Exit> {
+    let candidates = parse_integrators(&args.integrators)?;
+    let keeper = args.reference.keeper()?;
+    let context = Context::new(&args.subject.picture.device)?;
+    let (today, command) = (today(), command_line());
+    let mut heading = Some(format!("## {today}, {}\n\n`{command}`", context.describe()));
+    let mut results = Vec::new();
+    let mut non_finite = 0;
+    for path in &args.subject.scenes {
+        let subject = args.subject.load(path)?;
+        let Some(reference) = keeper.reference(&context, &subject, quiet)? else {
+            return Ok(Exit::Interrupted);
+        };
+        let measured = rounds(args, &context, &subject, &candidates, &reference, quiet)?;
+        let first = measured[0].0.clone();
+        let rows: Vec<Row> = candidates
+            .iter()
+            .zip(measured)
+            .map(|(candidate, (runs, report))| {
+                non_finite += runs.iter().map(|run| run.non_finite).sum::<u64>();
+                Row { candidate, summary: summary(&runs, &first, reference.noise), runs, report }
+            })
+            .collect();
+        let too_noisy = |row: &Row| reference.noise.is_some_and(|n| row.summary.needs_better_reference(n));
+        if rows.iter().any(too_noisy) {
+            log::warn!(
+                "{}: noise of the reference is over a tenth of an error; raise --reference-time",
+                subject.name
+            );
+        }
+        if args.json {
+            results.push(json_of(&subject, &reference, &rows));
+        } else {
+            if let Some(heading) = heading.take() {
+                println!("{heading}");
+            }
+            print_table(args, &subject, &reference, &rows);
+        }
+    }
+    if args.json {
+        let device = context.describe();
+        let all = json!({ "date": today, "device": device, "command": command, "scenes": results });
+        println!("{}", serde_json::to_string_pretty(&all)?);
+    }
+    if non_finite > 0 {
+        eprintln!("error: {non_finite} samples were not finite; they are left out of the pictures");
+        return Ok(Exit::NonFinite);
+    }
+    Ok(Exit::Done)
+}
+
+/// All runs of all candidates, and what each renderer reports at last.
+fn rounds(
+    args: &EfficiencyArgs,
+    context: &Context,
+    subject: &BenchScene,
+    candidates: &[Candidate],
+    reference: &ReferenceFile,
+    quiet: bool,
+) -> anyhow::Result<Vec<(Vec<Run>, Report)>> {
+    let mut renderers = Vec::new();
+    for candidate in candidates {
+        renderers.push(Renderer::new(context, &subject.scene, candidate.options(subject, args.seed.into()))?);
+    }
+    let work = args.spp.map_or(Work::Time(args.time), Work::Samples);
+    let say = |round: Option<u32>, index: usize| {
+        let (name, label) = (&subject.name, &candidates[index].label);
+        match round {
+            _ if quiet => {}
+            None => eprintln!("{name}: how fast is {label}"),
+            Some(round) => eprintln!("{name}: round {} of {}, {label}", round + 1, args.rounds),
+        }
+    };
+    Ok(measure(&mut renderers, work, args.rounds, args.seed.into(), &reference.truth(subject), say)?)
+}
+
+/// A candidate's results.
+struct Row<'a> {
+    candidate: &'a Candidate,
+    summary: Summary,
+    runs: Vec<Run>,
+    report: Report,
+}
+
+impl Row<'_> {
+    fn bytes(&self) -> u64 {
+        self.report.memory.iter().map(|(_, bytes)| bytes).sum()
+    }
+}
+
+fn json_of(subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) -> serde_json::Value {
+    let integrators: Vec<_> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "name": row.candidate.label,
+                "method": row.candidate.method,
+                "summary": row.summary,
+                "learning_seconds": row.report.preprocessing_seconds,
+                "bytes": row.bytes(),
+                "memory": row.report.memory,
+                "runs": row.runs,
+            })
+        })
+        .collect();
+    json!({
+        "scene": subject.name,
+        "hash": format!("{:016x}", subject.hash),
+        "size": [subject.options.width, subject.options.height],
+        "reference": { "file": reference.path, "noise": reference.noise },
+        "integrators": integrators,
+    })
+}
+
+fn print_table(args: &EfficiencyArgs, subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) {
+    let RenderOptions { width, height, .. } = subject.options;
+    let origin = reference.origin();
+    let noise = reference.noise.map_or("taken as exact, its noise is not known".into(), |noise| {
+        format!("its own relMSE {} is subtracted", short(noise.relmse))
+    });
+    println!(
+        "\n**{}**, {width}x{height}, {} rounds; reference: {origin}; {noise}\n",
+        subject.name, args.rounds
+    );
+    let first = &rows[0].candidate.label;
+    println!(
+        "| integrator | spp | s | MAPE | relMSE | trimmed | efficiency | ratio to {first} | mean ratio | learning | rays | \
+         connections | light vertices | MiB |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+    );
+    for row in rows {
+        let summary = &row.summary;
+        let mean_error = summary.mean_ratio_error.map_or(String::new(), |error| format!(" +- {error:.4}"));
+        let columns = [
+            row.candidate.label.clone(),
+            grouped(f64::from(summary.samples)),
+            format!("{:.3}", summary.seconds),
+            short(summary.errors.mape),
+            short(summary.errors.relmse),
+            short(summary.errors.relmse_trimmed),
+            summary.efficiency.map_or("-".into(), short),
+            ratio(summary.ratio),
+            format!("{:.4}{mean_error}", summary.mean_ratio),
+            short(row.report.preprocessing_seconds),
+            grouped(summary.iteration.rays),
+            grouped(summary.iteration.connections),
+            grouped(summary.iteration.light_vertices),
+            format!("{:.1}", row.bytes() as f64 / f64::from(1 << 20)),
+        ];
+        println!("| {} |", columns.join(" | "));
+    }
+}

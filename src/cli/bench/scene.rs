@@ -1,0 +1,55 @@
+//! What benchmarks render.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::cli::args::picture::PictureArgs;
+use crate::cli::args::{SceneArgs, choose_camera, default_output};
+use crate::render::RenderOptions;
+use crate::scene::Scene;
+
+/// Scenes, and what is the same for all of them.
+#[derive(Args, Debug)]
+pub struct BenchSceneArgs {
+    /// .gltf or .glb files, or `builtin:NAME`.
+    #[arg(value_name = "SCENE", required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Which of each scene's cameras, by name or number.
+    #[arg(long, value_name = "CAMERA")]
+    camera: Option<String>,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Let scenes refer to files outside their folder.
+    #[arg(long)]
+    allow_outside: bool,
+}
+
+/// A scene with what is the same for all its renders.
+pub struct BenchScene {
+    pub name: String,
+    pub scene: Scene,
+    pub hash: u64,
+    pub options: RenderOptions,
+}
+
+impl BenchSceneArgs {
+    /// Loads one of the scenes.
+    ///
+    /// # Errors
+    /// What the loader reports, no such camera.
+    pub fn load(&self, path: &Path) -> anyhow::Result<BenchScene> {
+        let from = SceneArgs {
+            scene: path.to_owned(),
+            env: None,
+            env_scale: 1.0,
+            env_rotate: 0.0,
+            allow_outside: self.allow_outside,
+        };
+        let mut scene = from.load()?;
+        let camera = choose_camera(&mut scene, self.camera.as_deref())?;
+        let options = self.picture.options(&scene, camera);
+        let name = default_output(path, "").display().to_string();
+        Ok(BenchScene { name, hash: scene.content_hash(), scene, options })
+    }
+}

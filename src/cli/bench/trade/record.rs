@@ -1,0 +1,136 @@
+//! Renders that are done, one a line in a file that only ever grows, so that a benchmark that is cut off goes on.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use serde::{Deserialize, Serialize};
+
+use crate::bench::trade::Point;
+
+/// All that a render's figures depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Key {
+    pub version: String,
+    pub device: String,
+    pub scene: String,
+    /// Of all the scene's data, in hexadecimal.
+    pub scene_hash: String,
+    pub size: [u32; 2],
+    pub camera: usize,
+    pub max_depth: Option<u32>,
+    pub roulette_cap: f32,
+    /// As it is written on the command line, and with all that this means.
+    pub integrator: String,
+    pub settings: String,
+    pub seed: u64,
+    /// The budget, and the looks.
+    pub milliseconds: Option<u64>,
+    pub samples: Option<u32>,
+    pub equal_samples: u32,
+    /// The error that a render goes on to, and for how long at most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<(f64, u64)>,
+    /// Hash of the picture that it was compared with.
+    pub reference: String,
+}
+
+/// A render that was done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    #[serde(flatten)]
+    pub key: Key,
+    pub points: Vec<Point>,
+}
+
+/// How a device's speed changed while renders were measured.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Drift {
+    /// Seconds for the work of the gauge, over all that was measured.
+    pub usual_pace: f64,
+    /// That of the fastest and of the slowest render over it.
+    pub best: f64,
+    pub worst: f64,
+}
+
+impl Drift {
+    /// Of renders; `None` without any.
+    pub fn of<'a>(renders: impl Iterator<Item = &'a [Point]>) -> Option<Self> {
+        let ends: Vec<&Point> = renders.filter_map(<[Point]>::last).collect();
+        let (seconds, work) = ends.iter().fold((0.0, 0.0), |(seconds, work), end| {
+            (seconds + end.total_seconds(), work + end.total_work())
+        });
+        let usual_pace = seconds / work;
+        let over = |end: &&Point| end.total_seconds() / end.total_work() / usual_pace;
+        let best = ends.iter().map(over).min_by(f64::total_cmp)?;
+        let worst = ends.iter().map(over).max_by(f64::total_cmp)?;
+        Some(Self { usual_pace, best, worst })
+    }
+}
+
+/// The file, and what is in it.
+pub struct Records {
+    path: PathBuf,
+    records: Vec<Record>,
+}
+
+impl Records {
+    /// Reads the file, if there is one. A last line without its end, which a program that was stopped leaves, is taken out;
+    /// lines that are not understood stay, and both are told.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or not be shortened.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        let text = match std::fs::read_to_string(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+            text => text.with_context(|| format!("cannot read the runs in {}", path.display()))?,
+        };
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        if whole < text.len() {
+            log::warn!("the last line of {} is cut off: that run is done again", path.display());
+            let file = OpenOptions::new().write(true).open(path);
+            file.and_then(|file| file.set_len(whole as u64))
+                .with_context(|| format!("cannot take the cut-off line out of {}", path.display()))?;
+        }
+        let mut records = Vec::new();
+        for (number, line) in text[..whole].lines().enumerate() {
+            match serde_json::from_str(line) {
+                Ok(record) => records.push(record),
+                Err(error) => log::warn!(
+                    "{}, line {}: {error}; it is left as it is and not used",
+                    path.display(),
+                    number + 1
+                ),
+            }
+        }
+        Ok(Self { path: path.to_owned(), records })
+    }
+
+    /// The looks of a render that is done; the last one, should there be several.
+    pub fn find(&self, key: &Key) -> Option<&[Point]> {
+        self.records.iter().rev().find(|record| record.key == *key).map(|record| record.points.as_slice())
+    }
+
+    pub fn len(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Writes a render down before anything else is done.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn push(&mut self, record: Record) -> anyhow::Result<()> {
+        let mut line = serde_json::to_string(&record)?;
+        line.push('\n');
+        let file = OpenOptions::new().create(true).append(true).open(&self.path);
+        // In one piece: a line is there or it is not, as far as the system can help it.
+        let written = file.and_then(|mut file: File| {
+            file.write_all(line.as_bytes())?;
+            file.sync_data()
+        });
+        written.with_context(|| format!("cannot write down a run in {}", self.path.display()))?;
+        self.records.push(record);
+        Ok(())
+    }
+}
