@@ -11,9 +11,19 @@ use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 
-use crate::error::AccelError;
+use thiserror::Error;
+
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
 use crate::scene::Scene;
+
+/// Building the acceleration structure.
+#[derive(Debug, Error)]
+pub enum AccelError {
+    #[error(
+        "{count} triangles are more than one acceleration structure holds; split the scene or decimate its meshes"
+    )]
+    TooManyTriangles { count: usize },
+}
 
 /// From world space (scene units, f64) to unit space (f32).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

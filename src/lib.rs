@@ -14,7 +14,6 @@ pub mod accel;
 pub mod bench;
 pub mod cli;
 pub mod device;
-pub mod error;
 pub mod film;
 pub mod integrator;
 pub mod math;

@@ -9,7 +9,7 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::prelude::{AnyChannels, FlatSamples};
 use exr::prelude::{Layer as ExrPart, MetaData, ReadChannels, ReadLayers, Vec2, read};
 
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 /// The most samples (pixels times channels) that a file may ask for: 4 GiB of `f32`.
 const MAX_SAMPLES: u64 = 1 << 30;

@@ -5,11 +5,10 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::reference::Reference;
-use crate::error::RenderError;
 use crate::film::metric::{self, Errors, ReferenceNoise};
 use crate::integrator::RayCounts;
 use crate::math::statistics::{mean, median, median_interval, standard_error};
-use crate::render::{Budget, Renderer, Report};
+use crate::render::{Budget, RenderError, Renderer, Report};
 
 /// How much each render does. The error is that of a number of samples, never of an interval of time.
 #[derive(Clone, Copy, Debug, PartialEq)]

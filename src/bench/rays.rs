@@ -9,10 +9,10 @@ use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{Camera, Counts, Hit, PathRay, ShadowRay};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, BufferTable, Context, Kernel};
-use crate::error::RenderError;
 use crate::math::frame::Frame;
 use crate::math::rng::{RandomKey, uniform4};
 use crate::math::sampling::sample_cosine_hemisphere;
+use crate::render::RenderError;
 use crate::scene::{Scene, SceneFeatures};
 
 /// A ray in unit space; it ends at `t_max` times its direction.

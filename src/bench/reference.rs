@@ -5,11 +5,10 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::error::RenderError;
 use crate::film::average::average;
 use crate::film::metric::{self, ReferenceNoise, TileTest};
 use crate::film::{Picture, Region};
-use crate::render::{Budget, Progress, Renderer, Stop};
+use crate::render::{Budget, Progress, RenderError, Renderer, Stop};
 
 /// Of the first portion: no other render has it.
 const FIRST_SEED: u64 = 1 << 63;

@@ -4,8 +4,7 @@
 use std::time::Duration;
 
 use crate::device::Context;
-use crate::error::RenderError;
-use crate::render::{Budget, RenderOptions, Renderer};
+use crate::render::{Budget, RenderError, RenderOptions, Renderer};
 use crate::scene::builtin::rooms::cornell;
 
 /// Samples a pixel of the work, which then takes a tenth of a second or two: always as many, so that figures of several

@@ -6,10 +6,9 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::Exit;
-use crate::error::FilmError;
 use crate::film::metric::{self, Comparison, NoiseSource};
 use crate::film::tonemap::View;
-use crate::film::{Picture, heatmap, png};
+use crate::film::{FilmError, Picture, heatmap, png};
 
 /// What the metrics mean, below the options of `--help`.
 const METRICS: &str = "\

@@ -96,7 +96,11 @@ pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
 
 /// The exit code that belongs to an error.
 pub fn exit_code(error: &anyhow::Error) -> Exit {
-    use crate::error::{DeviceError, FilmError, RenderError, SceneError, SubspaceError};
+    use crate::device::DeviceError;
+    use crate::film::FilmError;
+    use crate::render::RenderError;
+    use crate::scene::SceneError;
+    use crate::subspace::SubspaceError;
     if let Some(RenderError::Interrupted) = error.downcast_ref() {
         return Exit::Interrupted;
     }
@@ -118,7 +122,7 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
     }
     #[cfg(feature = "preview")]
     if let Some(error) = error.downcast_ref() {
-        use crate::error::PreviewError;
+        use crate::preview::PreviewError;
         return match error {
             PreviewError::Input(_) => Exit::BadInput,
             _ => Exit::Failed,

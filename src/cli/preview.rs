@@ -5,15 +5,14 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::Exit;
 use super::args::method::{IntegratorName, MethodArgs};
 use super::args::picture::{PictureArgs, ViewArgs};
 use super::args::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device,
     read_reference,
 };
-use super::progress;
 use super::render::{load_model, say_what_is_missing};
+use super::{Exit, progress};
 use crate::integrator::{DEFAULT_CONNECTIONS, Method};
 use crate::preview::{self, Display, SLOTS, Settings};
 use crate::render::RenderOptions;

@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::error::RenderError;
 use crate::integrator::Choice;
-use crate::render::Prepared;
+use crate::render::{Prepared, RenderError};
 use crate::training::{TrainingProgress, TrainingResult};
 
 /// Between two lines where there is no terminal.

@@ -6,11 +6,10 @@ use std::time::Instant;
 use anyhow::Context as _;
 use clap::Args;
 
-use super::Exit;
 use super::args::method::LearnArgs;
 use super::args::picture::PictureArgs;
 use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
-use super::progress;
+use super::{Exit, progress};
 use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use wgpu::{BufferDescriptor, BufferUsages};
 
 use super::context::Context;
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 /// Named buffers. The names are those of the `var`s in the shaders.
 #[derive(Clone, Default)]

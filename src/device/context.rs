@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
 use super::probe;
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 /// Which adapter to take.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::shader::{Features, Stitched, stitch};
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 /// A compiled kernel.
 pub struct Kernel {

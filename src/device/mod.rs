@@ -2,6 +2,7 @@
 
 pub mod buffer;
 pub mod context;
+mod error;
 pub mod kernels;
 pub mod layout;
 pub mod scene;
@@ -12,4 +13,5 @@ mod probe;
 
 pub use buffer::BufferTable;
 pub use context::{Context, DeviceChoice};
+pub use error::DeviceError;
 pub use kernels::{Bound, Kernel};

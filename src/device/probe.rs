@@ -3,7 +3,7 @@
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::kernels::Kernel;
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 /// Runs `loop_check.wgsl`, whose loops are longer than any we trace with.
 ///

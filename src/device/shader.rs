@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::buffer::read_back;
 use super::context::Context;
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 /// wgpu's limit on the queries of one set.
 const CAPACITY: u32 = 4096;

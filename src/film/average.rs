@@ -1,7 +1,7 @@
 //! One picture from two.
 
 use super::{Layer, Picture};
-use crate::error::FilmError;
+use crate::film::FilmError;
 
 /// The mean of two independent pictures of the same, weighted by their numbers of samples, with the layers `variance` and
 /// `samples` where both have them; other layers and metadata are left out.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::png::{to_byte, write_bytes};
 use super::tonemap::{View, srgb_encode};
 use super::{Picture, tonemap};
-use crate::error::FilmError;
+use crate::film::FilmError;
 
 /// Pixels between pictures.
 const GAP: usize = 6;

@@ -10,7 +10,7 @@ use exr::prelude::{
 };
 
 use super::{Attribute, Picture, write::write_atomic};
-use crate::error::FilmError;
+use crate::film::FilmError;
 use crate::picture_file::REC709;
 
 /// Writes a picture with all its layers and metadata, see [`write_atomic`] for how.

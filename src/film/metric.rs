@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::Picture;
 use super::flip::mean_flip;
 use super::tonemap::{View, srgb_encode};
-use crate::error::FilmError;
+use crate::film::FilmError;
 
 /// Edge of the tiles whose means are compared, in pixels.
 pub const TILE: u32 = 8;

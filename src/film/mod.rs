@@ -2,6 +2,7 @@
 
 pub mod average;
 pub mod contact_sheet;
+mod error;
 mod estimate;
 pub mod exr;
 pub mod false_color;
@@ -16,10 +17,11 @@ pub mod write;
 
 use std::path::Path;
 
-use crate::error::{FilmError, SceneError};
 use crate::picture_file::PictureFile;
+use crate::scene::SceneError;
 
 pub use crate::picture_file::Attribute;
+pub use error::FilmError;
 
 /// Pixels of a picture: a rectangle of them, or a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use super::tonemap::{View, srgb_decode, srgb_encode};
 use super::{Picture, write::write_atomic};
-use crate::error::{FilmError, SceneError};
+use crate::film::FilmError;
+use crate::scene::SceneError;
 
 /// Writes what the picture looks like on a screen through `view` at `exposure` stops.
 ///

@@ -7,7 +7,7 @@ use std::time::Duration;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use super::Picture;
-use crate::error::FilmError;
+use crate::film::FilmError;
 
 /// Where tev listens unless told otherwise.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:14158";

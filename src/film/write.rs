@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::error::FilmError;
+use crate::film::FilmError;
 
 /// Replaces the file at `path` by `bytes`: they are written beside it, synced, and renamed into place, so that a
 /// reader never sees half a picture and a failure leaves an existing file as it was.

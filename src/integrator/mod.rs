@@ -6,10 +6,9 @@ pub(crate) mod wavefront;
 
 use serde::Serialize;
 
-use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
-use crate::error::DeviceError;
+use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::subspace::Model;
 

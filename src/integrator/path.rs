@@ -1,10 +1,9 @@
 //! The unidirectional path tracer: next-event estimation and BSDF sampling, combined by the balance heuristic.
 //! Plain on purpose; it judges the others.
 
-use crate::device::Context;
 use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
-use crate::error::DeviceError;
+use crate::device::{Context, DeviceError};
 
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront};
 use super::{Integrator, Settings};

@@ -8,7 +8,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::error::MathError;
+use crate::math::MathError;
 
 /// Units in a slot.
 const SLOT: u64 = 1 << 32;

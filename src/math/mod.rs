@@ -7,6 +7,7 @@ pub mod color;
 pub mod curve;
 pub mod date;
 pub mod equal_area;
+mod error;
 pub mod fnv;
 pub mod frame;
 pub mod ggx_albedo;
@@ -14,6 +15,8 @@ pub mod rng;
 pub mod sampling;
 pub mod scale;
 pub mod statistics;
+
+pub use error::MathError;
 
 /// True unless x is an infinity or a NaN; mirrors the test of bits that the shaders use.
 pub fn is_finite(x: f32) -> bool {

@@ -5,8 +5,8 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 
-use crate::error::{DeviceError, RenderError};
-use crate::render::{Prepared, RenderOptions, Renderer, Uploaded};
+use crate::device::DeviceError;
+use crate::render::{Prepared, RenderError, RenderOptions, Renderer, Uploaded};
 use crate::scene::{Camera, Scene};
 use crate::training::{TrainingProgress, TrainingResult, WarmStart};
 

@@ -1,7 +1,7 @@
 //! The film of one integrator: it is kept while another is looked at.
 
-use crate::error::{DeviceError, RenderError};
-use crate::render::{Estimate, Renderer};
+use crate::device::DeviceError;
+use crate::render::{Estimate, RenderError, Renderer};
 use crate::scene::Camera;
 use crate::training::WarmStart;
 

@@ -7,10 +7,9 @@ use winit::dpi::LogicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
-use super::Settings;
-use super::panel;
+use super::{Settings, panel};
 use crate::device::Context;
-use crate::error::PreviewError;
+use crate::preview::PreviewError;
 
 /// What draws.
 pub struct Gui {

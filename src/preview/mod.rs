@@ -12,6 +12,7 @@ mod builder;
 mod canvas;
 pub mod controls;
 mod display;
+mod error;
 mod film;
 mod frames;
 mod gui;
@@ -33,6 +34,7 @@ use crate::integrator::Method;
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
+pub use error::PreviewError;
 pub use window::{Display, run};
 
 /// Integrators that one can switch between, by the keys 1 to 5.

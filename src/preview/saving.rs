@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{DeviceError, RenderError};
+use crate::device::DeviceError;
 use crate::film::{Attribute, Picture, exr, png};
 use crate::integrator::Method;
-use crate::render::{Origin, Renderer};
+use crate::render::{Origin, RenderError, Renderer};
 
 use super::Settings;
 use super::snapshot::Snapshot;

@@ -19,7 +19,7 @@ use super::snapshot::Snapshot;
 use super::watch::Watch;
 use super::worker::{Event, Request, Save, Worker};
 use super::{Settings, saving};
-use crate::error::PreviewError;
+use crate::preview::PreviewError;
 use crate::scene::Scene;
 
 /// Between two looks at files, at the terminal, and at how far work in the background is.

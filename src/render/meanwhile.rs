@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Renderer, pixel_sums};
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::error::RenderError;
+use crate::render::RenderError;
 use crate::subspace::Model;
 use crate::training::TrainingEvent;
 

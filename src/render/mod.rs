@@ -1,5 +1,6 @@
 //! The budget loop: rounds of samples until the first limit of samples, time or error is met.
 
+mod error;
 mod meanwhile;
 mod prepared;
 
@@ -11,7 +12,6 @@ use serde::Serialize;
 use crate::accel::UnitSpace;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
 use crate::device::{self, Context};
-use crate::error::RenderError;
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Attribute, Layer, Picture, Region};
 use crate::integrator::{
@@ -21,6 +21,7 @@ use crate::scene::{self, Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
 use crate::training::{OnlineTraining, Training};
 
+pub use error::RenderError;
 pub use prepared::{Prepared, Uploaded};
 
 /// When to stop: the first limit that is met.

@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::{Budget, RenderOptions, Renderer, Report, Stop};
 use crate::accel::Accel;
-use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
-use crate::error::{DeviceError, RenderError};
+use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, Method, RayCounts, Settings, integrator};
+use crate::render::RenderError;
 use crate::scene::{self, Scene, SceneFeatures};
 use crate::training::{
     PreparedTrainer, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When, train,

@@ -6,9 +6,9 @@ use std::path::Path;
 use glam::{DVec2, DVec3, Vec3A};
 use rayon::prelude::*;
 
-use crate::error::SceneError;
 use crate::math::equal_area::square_to_azimuth;
 use crate::picture_file::PictureFile;
+use crate::scene::SceneError;
 
 /// The most texels along an edge of an [`EqualAreaMap`].
 const MAX_SIZE: u32 = 4096;

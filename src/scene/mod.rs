@@ -7,6 +7,7 @@
 
 pub mod builtin;
 pub mod environment;
+mod error;
 pub mod features;
 pub mod gltf;
 
@@ -24,6 +25,7 @@ use crate::math::fnv::Fnv;
 pub use bounds::Bounds;
 pub use camera::{Camera, Pose, Projection};
 pub use environment::{Environment, EqualAreaMap};
+pub use error::SceneError;
 
 pub use features::SceneFeatures;
 pub use light::{LightKind, PunctualLight};

@@ -14,8 +14,8 @@ use super::settings::{MOST_SUBSPACES, Optimiser, Settings};
 use super::sources::SourceLabels;
 use super::tree::Tree;
 use crate::device::layout::{TREE_MAX_DEPTH, TreeNode};
-use crate::error::SubspaceError;
 use crate::film::write::write_atomic;
+use crate::subspace::SubspaceError;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::model::Model;
 use super::prepare::weigh;
 use super::training::TrainingSet;
-use crate::error::SubspaceError;
+use crate::subspace::SubspaceError;
 
 impl Model {
     /// Density of a path by all strategies together, with this model, over the density p that it was found with.

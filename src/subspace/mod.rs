@@ -11,6 +11,7 @@
 //! Whatever is learnt, rendering with it is unbiased as long as it is fixed: this module is about variance only.
 
 pub mod centroid;
+mod error;
 mod file;
 pub mod gamma;
 mod judge;
@@ -23,6 +24,7 @@ mod train;
 mod training;
 pub mod tree;
 
+pub use error::SubspaceError;
 pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};
 pub use settings::{Optimiser, Settings};

@@ -8,8 +8,8 @@ use super::settings::Settings;
 use super::sources::{SourceLabels, label_of};
 use super::training::{Feature, LightEnd};
 use super::tree::Tree;
-use crate::error::SubspaceError;
 use crate::math::alias::{AliasEntry, AliasTable};
+use crate::subspace::SubspaceError;
 
 /// Classification, Gamma and Q of a scene.
 #[derive(Clone, Debug, PartialEq)]

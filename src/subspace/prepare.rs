@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::settings::Settings;
 use super::training::{LightEnd, TrainingSet};
-use crate::error::SubspaceError;
 use crate::math::rng::{pcg4d, seed_key};
+use crate::subspace::SubspaceError;
 
 /// Brightness that is added to every tile's, relative to the picture's mean: dark tiles do not count without bound.
 const TILE_FLOOR: f64 = 1e-3;

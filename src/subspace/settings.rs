@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::device::layout::TREE_MAX_DEPTH;
-use crate::error::SubspaceError;
+use crate::subspace::SubspaceError;
 
 /// Most subspaces a side: Gamma then has 16 million entries.
 pub const MOST_SUBSPACES: u32 = 4000;

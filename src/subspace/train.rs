@@ -13,7 +13,7 @@ use super::settings::Settings;
 use super::sources::{LightSourceInfo, label_of, label_sources, mark_reachable};
 use super::training::{Feature, LightEnd, LightSample, TrainingNode, TrainingSet};
 use super::tree::{Growth, Tree};
-use crate::error::SubspaceError;
+use crate::subspace::SubspaceError;
 
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
 /// power, which says little of the light that they give.

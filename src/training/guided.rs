@@ -7,11 +7,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::device::Kernel;
 use crate::device::layout::LightFeature;
-use crate::error::{DeviceError, RenderError};
+use crate::device::{DeviceError, Kernel};
 use crate::film::Region;
 use crate::math::statistics::geometric_mean;
+use crate::render::RenderError;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::records::{Records, light_features, light_sample};

@@ -6,7 +6,8 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::error::{DeviceError, RenderError};
+use crate::device::DeviceError;
+use crate::render::RenderError;
 use crate::subspace::Model;
 
 use super::TrainingResult;

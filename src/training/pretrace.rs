@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::device::layout::Batch;
-use crate::device::{Context, Kernel};
-use crate::error::{DeviceError, RenderError};
+use crate::device::{Context, DeviceError, Kernel};
+use crate::render::RenderError;
 use crate::subspace::{self, LightSample, TrainingSet};
 
 use super::records::{Records, light_features, light_sample};

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use crate::device::layout::{Batch, LightFeature, TrainingEnd, TrainingVertex};
-use crate::device::{Context, Kernel};
-use crate::error::DeviceError;
+use crate::device::{Context, DeviceError, Kernel};
 use crate::subspace::{Feature, LightEnd, LightSample, TrainingNode, TrainingPath, TrainingSet};
 
 use crate::integrator::wavefront::{Size, Stage, Wavefront};

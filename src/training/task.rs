@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
-use crate::device::Context;
 use crate::device::layout::{
     Batch, Camera, LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, Light, PunctualLight, TRIANGLE_FLIPPED, Triangle,
 };
 use crate::device::scene::DeviceScene;
-use crate::error::{DeviceError, RenderError};
+use crate::device::{Context, DeviceError};
 use crate::math::rng::seed_key;
+use crate::render::RenderError;
 use crate::subspace::settings::MOST_FOLLOWED;
 use crate::subspace::{self, LightSample, LightSourceInfo, Model, SourceKind, TrainingSet};
 

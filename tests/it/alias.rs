@@ -1,6 +1,6 @@
 //! Alias tables: exact probabilities, nothing lost, host and shader alike.
 
-use halfway::error::MathError;
+use halfway::math::MathError;
 use halfway::math::alias::{AliasTable, defensive_mix};
 
 use crate::gpu;

@@ -6,9 +6,8 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, LayerAttributes, LineOrder,
     MetaData, Vec2, WritableImage, f16,
 };
-use halfway::error::FilmError;
 use halfway::film::tonemap::{View, srgb_decode, srgb_encode};
-use halfway::film::{Attribute, Picture, exr as film_exr, png as film_png, write::write_atomic};
+use halfway::film::{Attribute, FilmError, Picture, exr as film_exr, png as film_png, write::write_atomic};
 
 /// A picture with every layer we write, over the whole range of `f32`.
 fn full_picture() -> Picture {

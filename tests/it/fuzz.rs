@@ -1,6 +1,6 @@
 //! Files with random bytes changed: the loader refuses or reads them, and never panics.
 
-use halfway::error::SceneError;
+use halfway::scene::SceneError;
 use halfway::scene::gltf::{Limits, LoadOptions, load_slice};
 use image::{DynamicImage, ImageFormat, Rgb, RgbImage};
 use serde_json::{Value, json};

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use halfway::error::SceneError;
-use halfway::scene::Scene;
 use halfway::scene::gltf::{LoadOptions, load_slice};
+use halfway::scene::{Scene, SceneError};
 use serde_json::{Value, json};
 
 pub const U8: u64 = 5121;

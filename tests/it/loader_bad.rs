@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use halfway::error::SceneError;
+use halfway::scene::SceneError;
 use halfway::scene::gltf::{LoadOptions, load, load_slice};
 use serde_json::{Value, json};
 

@@ -1,13 +1,11 @@
 //! Metrics against independent implementations, and the noise tests against noise that is known.
 
-use halfway::error::FilmError;
-use halfway::film::Picture;
 use halfway::film::flip::mean_flip;
-use halfway::film::heatmap;
 use halfway::film::metric::{
     Comparison, NoiseSource, any_beyond, compare, errors, reference_noise, relative_error,
 };
 use halfway::film::tonemap::View;
+use halfway::film::{FilmError, Picture, heatmap};
 use halfway::math::rng::{RandomKey, uniform4};
 
 const WIDTH: u32 = 53;

@@ -2,11 +2,9 @@
 
 use halfway::device::layout::FilmPixel;
 use halfway::device::{BufferTable, Kernel};
-use halfway::error::RenderError;
-use halfway::film::Picture;
-use halfway::film::metric;
 use halfway::film::tonemap::View;
-use halfway::render::{Budget, RenderOptions, Renderer, Report, pixel_sums};
+use halfway::film::{Picture, metric};
+use halfway::render::{Budget, RenderError, RenderOptions, Renderer, Report, pixel_sums};
 use halfway::scene::Scene;
 
 use crate::gpu;

@@ -1,7 +1,6 @@
 //! Models on disk: whole, or refused with advice.
 
-use halfway::error::SubspaceError;
-use halfway::subspace::{Model, Optimiser, Settings};
+use halfway::subspace::{Model, Optimiser, Settings, SubspaceError};
 
 use crate::subspace_data::data;
 

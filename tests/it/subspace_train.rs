@@ -1,8 +1,7 @@
 //! From training paths to a model.
 
-use halfway::error::SubspaceError;
 use halfway::subspace::{
-    LightEnd, LightSample, Model, Optimiser, Settings, TrainingSet, normaliser, prepare, train,
+    LightEnd, LightSample, Model, Optimiser, Settings, SubspaceError, TrainingSet, normaliser, prepare, train,
 };
 
 use crate::subspace_data::{Data, data};

@@ -8,11 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::reference::Reference;
 use super::speed::NormalisedClock;
-use crate::error::{FilmError, RenderError};
-use crate::film::Picture;
 use crate::film::metric::{self, Errors};
+use crate::film::{FilmError, Picture};
 use crate::math::curve;
-use crate::render::{Budget, Progress, Renderer, Report, Stop};
+use crate::render::{Budget, Progress, RenderError, Renderer, Report, Stop};
 
 pub use summary::{
     ErrorCalibration, Estimate, Summary, Target, Typical, front, summary, time_to, typical, value_at,

@@ -3,9 +3,8 @@
 use clap::{Args, ValueEnum};
 
 use super::InputError;
-use crate::error::SubspaceError;
 use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method};
-use crate::subspace::{Optimiser, Settings};
+use crate::subspace::{Optimiser, Settings, SubspaceError};
 use crate::training::{LONG_RENDER_ROUNDS, Training, When};
 
 /// How light is transported.

@@ -10,8 +10,7 @@ use clap::Args;
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::device::{Context, DeviceChoice};
-use crate::error::DeviceError;
+use crate::device::{Context, DeviceChoice, DeviceError};
 use crate::film::{Picture, Region};
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Camera, Environment, Pose, Projection, Scene, builtin};

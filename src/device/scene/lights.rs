@@ -7,8 +7,7 @@ use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
 };
-use crate::device::{BufferTable, Context};
-use crate::error::DeviceError;
+use crate::device::{BufferTable, Context, DeviceError};
 use crate::math::alias::{AliasTable, defensive_mix};
 use crate::math::color::luminance;
 use crate::math::scale::scale_by_power_of_two;

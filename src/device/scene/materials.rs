@@ -10,8 +10,7 @@ use crate::device::layout::{
     MATERIAL_DELTA, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MATERIAL_VOLUME, Material,
     TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, TextureSlot,
 };
-use crate::device::{BufferTable, Context};
-use crate::error::DeviceError;
+use crate::device::{BufferTable, Context, DeviceError};
 use crate::scene::{self, AlphaMode, Filter, Scene, SceneFeatures, TextureRef};
 
 /// Uploads `materials`, and `texture_slots` and `texels` where the scene has textures.

@@ -13,7 +13,7 @@ use super::context::Context;
 use super::layout::{self, Camera};
 use super::shader::Features;
 use crate::accel::{Accel, UnitSpace};
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
 use crate::scene::{self, Projection, Scene, SceneFeatures};

@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use crate::accel::Accel;
-use crate::device::{BufferTable, Context};
-use crate::error::DeviceError;
+use crate::device::{BufferTable, Context, DeviceError};
 use crate::scene::{Mesh, Scene, SceneFeatures};
 
 /// Uploads `corner_vertices` and `vertex_attributes`, and names the offsets.

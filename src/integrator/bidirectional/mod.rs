@@ -9,8 +9,7 @@ mod subspaces;
 
 use crate::device::layout::{Batch, Camera, Counts};
 use crate::device::scene::DeviceScene;
-use crate::device::{Bound, Context, Kernel};
-use crate::error::DeviceError;
+use crate::device::{Bound, Context, DeviceError, Kernel};
 use crate::film::Region;
 use crate::subspace::Model;
 

@@ -1,8 +1,7 @@
 //! What connecting by subspaces needs on the device: the model, and the light cache sorted by light subspace.
 
 use crate::device::layout::{Hit, PathRay, Triangle};
-use crate::device::{Bound, Context, Kernel};
-use crate::error::DeviceError;
+use crate::device::{Bound, Context, DeviceError, Kernel};
 use crate::subspace::Model;
 
 use crate::integrator::FirstSubspaces;

@@ -1,8 +1,7 @@
 //! What the camera sees first, for layers beside the picture.
 
-use crate::device::Context;
 use crate::device::layout::FirstHitPixel;
-use crate::error::DeviceError;
+use crate::device::{Context, DeviceError};
 
 use super::{Extent, Wavefront, record, total};
 

@@ -14,8 +14,7 @@ use crate::device::layout::{
 use crate::device::scene::DeviceScene;
 use crate::device::shader::Features;
 use crate::device::timing::Timing;
-use crate::device::{Bound, BufferTable, Context, Kernel};
-use crate::error::DeviceError;
+use crate::device::{Bound, BufferTable, Context, DeviceError, Kernel};
 use crate::film::Region;
 use crate::math::rng::seed_key;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use crate::error::DeviceError;
+use crate::device::DeviceError;
 
 use super::Wavefront;
 

@@ -10,11 +10,11 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::device::DeviceError;
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::error::{DeviceError, RenderError};
 use crate::film::tonemap::View;
 use crate::integrator::{Method, SubmissionLimit};
-use crate::render::{RenderOptions, Uploaded};
+use crate::render::{RenderError, RenderOptions, Uploaded};
 use crate::scene::{Camera, Scene};
 use crate::subspace::Model;
 use crate::training::When;

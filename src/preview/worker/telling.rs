@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::{DeviceError, RenderError};
+use crate::device::DeviceError;
 use crate::preview::film::Film;
 use crate::preview::saving;
 use crate::preview::snapshot::{Snapshot, figures, memory};
+use crate::render::RenderError;
 
 use super::{Event, SNAPSHOTS_APART, Saved, Work};
 

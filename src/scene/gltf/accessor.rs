@@ -7,7 +7,7 @@
 use super::LoadOptions;
 use super::buffers::{Buffers, View};
 use super::document::{self, Document, at};
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 /// The number type of one component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::document::{Document, at};
 use super::{LoadOptions, uri};
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 /// All buffers of a document, loaded.
 #[derive(Debug)]

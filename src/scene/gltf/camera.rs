@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 
 use super::document::{self, Extensions, extension};
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use crate::scene::camera::{Camera, Projection};
 use crate::scene::light::{LightKind, PunctualLight};
 

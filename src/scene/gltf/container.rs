@@ -2,7 +2,7 @@
 //!
 //! Layout: glTF 2.0, section 4 "GLB File Format".
 
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 const MAGIC: &[u8; 4] = b"glTF";
 const CHUNK_JSON: u32 = 0x4E4F_534A;

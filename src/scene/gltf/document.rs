@@ -7,7 +7,7 @@
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 /// Extension objects by name.
 pub type Extensions = Map<String, Value>;

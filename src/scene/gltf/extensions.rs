@@ -1,7 +1,7 @@
 //! What Halfway does with each glTF extension.
 
 use super::document::Document;
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 /// Read and honoured (or, like quantisation, a licence for formats that are read anyway).
 const UNDERSTOOD: &[&str] = &[

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::buffers::Buffers;
 use super::document::{Document, at, extension};
 use super::{LoadOptions, extensions, uri};
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use crate::scene::texture::{Filter, Image, Texture, Wrap};
 
 /// Collects the textures that materials ask for; each texture and each image is kept once.

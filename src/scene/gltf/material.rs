@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::document::{self, Document, TextureInfo, at, extension};
 use super::extensions;
 use super::image::TextureTable;
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use crate::scene::material::{AlphaMode, Material, TextureRef};
 
 /// `KHR_materials_ior` writes 0 for an infinite index (a dielectric that reflects everything); this stands for it,

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 
 use super::document::{self, Document};
 use super::extensions;
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format, Values};
 
 use Component::{I8, I16, U8, U16};

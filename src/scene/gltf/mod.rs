@@ -28,7 +28,7 @@ use std::path::Path;
 use glam::DAffine3;
 
 use super::Scene;
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use accessor::Accessors;
 use buffers::Buffers;
 use document::{Document, at};

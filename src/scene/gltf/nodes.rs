@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::document::{Document, Node, at, extension};
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format};
 
 /// A tree deeper than this is refused.

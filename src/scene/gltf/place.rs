@@ -3,8 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
 use super::mesh::Primitive;
-use crate::error::SceneError;
-use crate::scene::Mesh;
+use crate::scene::{Mesh, SceneError};
 
 /// The inverse transpose of `linear` up to a positive factor: its cofactors with the sign of its determinant.
 /// Exists for singular matrices too, and is scaled so that nothing overflows.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::document::{Document, at};
 use super::mesh::{Influences, Primitive};
 use super::place::normal_matrix;
-use crate::error::SceneError;
+use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Format};
 
 const INVERSE_BIND: Format =

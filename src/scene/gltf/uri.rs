@@ -10,7 +10,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
 use super::LoadOptions;
-use crate::error::SceneError;
+use crate::scene::SceneError;
 
 /// Longest path that a URI may spell, in bytes (PATH_MAX of Linux).
 const MAX_PATH_BYTES: usize = 4096;

@@ -3,8 +3,10 @@
 use glam::{DVec3, Vec3};
 use halfway::math::ggx_albedo::MARGIN;
 
-use super::white_materials;
-use super::{Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample};
+use super::{
+    Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample,
+    white_materials,
+};
 use crate::bsdf_f64::{Bsdf, albedo_table};
 use crate::random::Stream;
 

@@ -5,8 +5,8 @@ use halfway::device::shader::stitch_text;
 
 use super::{
     ALL_FEATURES, CONFIG, Config, DIELECTRIC, Factors, HEADER, coloured_materials, direction, evaluate,
+    sample, white_materials,
 };
-use super::{sample, white_materials};
 use crate::bsdf_f64::{Bsdf, albedo_table, fresnel};
 use crate::gpu;
 use crate::random::Stream;

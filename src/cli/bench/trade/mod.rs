@@ -22,10 +22,9 @@ use crate::cli::bench::scene::{BenchScene, BenchSceneArgs};
 use crate::cli::progress::{install_interrupt, interrupted, learn};
 use crate::cli::text::{command_line, short, today};
 use crate::device::Context;
-use crate::error::RenderError;
 use crate::film::write::write_atomic;
 use crate::math::fnv::fnv;
-use crate::render::{Prepared, RenderOptions};
+use crate::render::{Prepared, RenderError, RenderOptions};
 use crate::training::When;
 
 use record::{Drift, Key, Record, Records};

@@ -1,0 +1,67 @@
+//! device
+
+use thiserror::Error;
+
+use crate::math::MathError;
+use crate::scene::SceneError;
+use crate::subspace::SubspaceError;
+
+/// The device, its shaders and its memory.
+#[derive(Debug, Error)]
+pub enum DeviceError {
+    #[error(
+        "no Vulkan device found; install a driver for your GPU, or a software one (Debian: tools/setup does it), \
+         and look at the list with `halfway devices`"
+    )]
+    NoAdapter,
+    #[error("no device fits --device {wanted}; there are:{list}")]
+    NotFound { wanted: String, list: String },
+    #[error("cannot open the device {name}: {message}")]
+    Open { name: String, message: String },
+    #[error(
+        "the driver of {device} cuts loops short (counted {counts:?}, should be {expected:?}): its pictures would be \
+         wrong. Mesa before 23 does this; install Mesa 25 or newer (Debian: tools/setup takes it from backports), or \
+         choose another device with --device"
+    )]
+    CutsLoops { device: String, counts: Vec<u32>, expected: Vec<u32> },
+    #[error("no shader file '{name}'; this is a defect of Halfway, please report it")]
+    UnknownShader { name: String },
+    #[error("learning beside the render failed: {message}; try --learn first")]
+    Thread { message: String },
+    #[error("{location}: {message}")]
+    Shader { location: String, message: String },
+    #[error("the driver refuses the kernel {kernel}: {message}")]
+    Pipeline { kernel: String, message: String },
+    #[error(
+        "a kernel needs the buffer '{name}', which this scene does not have; this is a defect of Halfway, please report it"
+    )]
+    MissingBuffer { name: String },
+    #[error(
+        "{name} needs {bytes} bytes, the device binds at most {limit} at once; use a smaller scene, smaller textures, \
+         or another device (`halfway devices`)"
+    )]
+    BufferTooLarge { name: String, bytes: u64, limit: u64 },
+    #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
+    OutOfMemory { name: String, bytes: u64 },
+    #[error(
+        "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
+    )]
+    TreeTooDeep { depth: u32, limit: u32 },
+    #[error(transparent)]
+    Math(#[from] MathError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Subspace(Box<SubspaceError>),
+    /// By those who asked for it; no user sees it.
+    #[error("what was being rendered was abandoned")]
+    Abandoned,
+    #[error("the device was lost ({message}); the picture so far is what was saved last")]
+    Lost { message: String },
+}
+
+impl From<SubspaceError> for DeviceError {
+    fn from(error: SubspaceError) -> Self {
+        Self::Subspace(Box::new(error))
+    }
+}

@@ -1,0 +1,65 @@
+//! film
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::scene::SceneError;
+
+/// Pictures: reading, writing, comparing.
+#[derive(Debug, Error)]
+pub enum FilmError {
+    #[error(transparent)]
+    Input(#[from] SceneError),
+    #[error(
+        "cannot write {path}: {source}; choose another place or make room (an existing file is left as it was)"
+    )]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error(
+        "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
+    )]
+    NonFinite { path: PathBuf, count: usize },
+    #[error(
+        "the picture has {} x {} pixels, the reference {} x {}; render at the reference's size (--size)",
+        picture[0], picture[1], reference[0], reference[1]
+    )]
+    Sizes { picture: [u32; 2], reference: [u32; 2] },
+    #[error(
+        "pixels that are NaN or infinite: {picture} in the picture, {reference} in the reference; no metric can judge \
+         them, find their cause first"
+    )]
+    NonFiniteCompared { picture: usize, reference: usize },
+    #[error(
+        "the reference is black, so no error is relative to it; check that the reference is the second file"
+    )]
+    BlackReference,
+    #[error(
+        "{count} pixels of the reference are negative, so no error is relative to them; take a reference that was \
+         rendered without a filter of negative lobes"
+    )]
+    NegativeReference { count: usize },
+    #[error(
+        "cannot limit {metric}: the pictures do not say how noisy they are; compare EXR files with variance layers, as \
+         `halfway render` writes them, or leave that limit out"
+    )]
+    MetricUnknown { metric: String },
+    #[error("cannot write the report: {message}; this is a defect of Halfway, please report it")]
+    Report { message: String },
+    #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
+    Viewer { address: String, source: std::io::Error },
+}
+
+impl FilmError {
+    /// True where the user's files or options are at fault, false where writing or a viewer failed.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Input(_)
+            | Self::Sizes { .. }
+            | Self::NonFiniteCompared { .. }
+            | Self::BlackReference
+            | Self::NegativeReference { .. }
+            | Self::MetricUnknown { .. } => true,
+            Self::Write { .. } | Self::NonFinite { .. } | Self::Report { .. } | Self::Viewer { .. } => false,
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! scene
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Reading a scene. `code` is the name that the Khronos glTF validator gives the fault, where it has one.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    /// A file that the scene names, or the scene itself.
+    #[error("cannot read {path}: {source}; check that the file is there and readable")]
+    Read { path: PathBuf, source: std::io::Error },
+    /// A picture other than a texture, such as an environment.
+    #[error("cannot use the picture {path}: {reason}")]
+    Picture { path: PathBuf, reason: String },
+    #[error(
+        "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
+         give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"
+    )]
+    EnvironmentScale { scale: f32, rotation: f32, brightest: f32 },
+    /// A file that is no glTF, or a damaged GLB.
+    #[error("not a readable glTF file: {detail} ({code}); export or download it again")]
+    Container { code: &'static str, detail: String },
+    /// The JSON does not parse, or has another shape than glTF 2.0 prescribes.
+    #[error("the glTF JSON is malformed: {source}; export the file again")]
+    Json { source: serde_json::Error },
+    /// Another major version of glTF.
+    #[error("glTF version {version} is not supported, only 2.0 is; convert the file")]
+    Version { version: String },
+    /// A URI that is refused or cannot be decoded.
+    #[error("refused to read \"{uri}\": {reason}")]
+    Uri { uri: String, reason: &'static str },
+    /// Extensions without which the file cannot be shown; all of them, each with advice.
+    #[error("the file requires extensions that are not supported: {names}")]
+    Extensions { names: String },
+    /// More than the loader is willing to hold.
+    #[error("the scene has {count} {what}, more than the limit of {limit}; split or simplify it")]
+    Limit { what: &'static str, count: u64, limit: u64 },
+    /// A picture that cannot be decoded.
+    #[error("cannot decode image {name}: {detail}; save it again as PNG, JPEG or WebP")]
+    Image { name: String, detail: String },
+    /// Anything in the document that breaks glTF's rules.
+    #[error("{at}: {detail} ({code}); export the file again, the Khronos glTF validator shows all faults")]
+    Invalid { at: String, code: &'static str, detail: String },
+}
+
+impl SceneError {
+    pub(crate) fn invalid(at: impl Into<String>, code: &'static str, detail: impl Into<String>) -> Self {
+        Self::Invalid { at: at.into(), code, detail: detail.into() }
+    }
+}
