@@ -21,7 +21,7 @@ impl Debug {
     /// The method has nothing of the kind.
     pub fn check(self, method: Method) -> Result<(), InputError> {
         match (self, method) {
-            (Self::Subspaces, Method::SpcBpt { .. }) => Ok(()),
+            (Self::Subspaces, method) if method.plan().learns() => Ok(()),
             (Self::Subspaces, _) => Err(InputError::Usage(
                 "--debug subspaces shows what spcbpt has learnt; leave it out, or add --integrator spcbpt"
                     .into(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::args::method::{IntegratorName, MethodArgs};
+use super::args::method::MethodArgs;
 use super::args::picture::{PictureArgs, ViewArgs};
 use super::args::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device,
@@ -13,11 +13,10 @@ use super::args::{
 };
 use super::render::{load_model, say_what_is_missing};
 use super::{Exit, progress};
-use crate::integrator::{DEFAULT_CONNECTIONS, Method};
-use crate::preview::{self, Display, SLOTS, Settings};
+use crate::integrator::{Descriptor, METHODS};
+use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
-use crate::training::Training;
 
 /// Look at a scene in a window while it renders: move about, switch integrators, see where it is still noisy. The picture
 /// is saved when the window is closed.
@@ -50,15 +49,6 @@ pub struct PreviewArgs {
     output: Option<PathBuf>,
 }
 
-/// In the order of the keys 1 to 5.
-const NAMES: [IntegratorName; SLOTS] = [
-    IntegratorName::Path,
-    IntegratorName::Bdpt,
-    IntegratorName::Lvcbpt,
-    IntegratorName::Spcbpt,
-    IntegratorName::Light,
-];
-
 /// With a camera where it has none, as for every render: whoever learns of the scene learns of that one, too.
 fn load(source: &SceneArgs, camera: &CameraArgs) -> anyhow::Result<Arc<Scene>> {
     let mut scene = source.load()?;
@@ -80,20 +70,10 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
     let [width, height] = args.picture.size(&scene);
     let reference =
         args.reference.as_deref().map(|path| read_reference(path, [width, height])).transpose()?;
-    let slot = NAMES.iter().position(|&name| name == args.method.integrator()).unwrap_or(0);
-    let mut methods = [
-        Method::Path,
-        Method::Bdpt { light_tracing: false },
-        Method::LvcBpt { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false },
-        Method::SpcBpt { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false },
-        Method::Light { light_paths: None },
-    ];
+    let slot = METHODS.iter().position(|method| method.name == args.method.integrator().name).unwrap_or(0);
+    let mut methods = METHODS.map(Descriptor::default_method);
     methods[slot] = args.method.method()?;
-    let training = match methods[slot] {
-        Method::SpcBpt { .. } => args.method.training()?,
-        // Refuses what is spcbpt's.
-        _ => args.method.training().map(|_| Training::default())?,
-    };
+    let training = args.method.training()?;
     let model = match &args.model {
         Some(path) => Some(load_model(path, scene.content_hash(), methods[slot])?),
         None => None,

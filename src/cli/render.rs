@@ -243,12 +243,14 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
 }
 
 pub fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Arc<Model>> {
-    let Method::SpcBpt { connections, .. } = method else {
+    let plan = method.plan();
+    if !plan.learns() {
         return Err(InputError::Usage(
             "--model is a setting of spcbpt; leave it out, or add --integrator spcbpt".into(),
         )
         .into());
-    };
+    }
+    let connections = plan.connections;
     let model = Model::load(path, scene_hash)?;
     if model.settings.connections != connections {
         // No error: unbiased all the same, only not the least noise.

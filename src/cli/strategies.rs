@@ -19,15 +19,13 @@ const LONGEST: u32 = 12;
 /// # Errors
 /// A method with a single strategy, or no (or too large a) limit of the length.
 pub fn list(method: Method, max_depth: Option<u32>) -> Result<Vec<[u32; 2]>, InputError> {
-    let shortest_t = match method {
-        Method::Path | Method::Light { .. } => {
-            return Err(InputError::Usage(
-                "--strategies shows bidirectional integrators; add --integrator bdpt or lvcbpt".into(),
-            ));
-        }
-        _ if method.traces_light() => 1,
-        _ => 2,
-    };
+    let plan = method.plan();
+    if !plan.has_strategies() {
+        return Err(InputError::Usage(
+            "--strategies shows bidirectional integrators; add --integrator bdpt or lvcbpt".into(),
+        ));
+    }
+    let shortest_t = if plan.to_camera { 1 } else { 2 };
     let Some(longest) = max_depth.filter(|depth| *depth <= LONGEST) else {
         return Err(InputError::Usage(format!(
             "--strategies makes two pictures for every strategy; add --max-depth N, at most {LONGEST}"

@@ -10,7 +10,7 @@ use super::args::method::LearnArgs;
 use super::args::picture::PictureArgs;
 use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
 use super::{Exit, progress};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::TrainingReport;
@@ -62,7 +62,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
     let context = open_device(&args.picture.device, quiet)?;
     let options = RenderOptions {
         seed: args.seed,
-        method: Method::SpcBpt { light_paths: None, connections: args.connections, light_tracing: false },
+        method: Method::SpcBpt(SpcBpt { connections: args.connections, ..SpcBpt::default() }),
         training,
         ..args.picture.options(&scene, camera)
     };

@@ -1,7 +1,9 @@
 //! Integrators: what one iteration dispatches.
 
 pub(crate) mod bidirectional;
+pub mod method;
 mod path;
+pub mod plan;
 pub(crate) mod wavefront;
 
 use serde::Serialize;
@@ -12,72 +14,14 @@ use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::subspace::Model;
 
+pub use bidirectional::settings::{Bdpt, DEFAULT_CONNECTIONS, LightTracing, LvcBpt, MAX_CONNECTIONS, SpcBpt};
+pub use method::{Descriptor, METHODS, Method};
+pub use plan::{LightPaths, Plan, Selector, Weights};
 pub use wavefront::submission::SubmissionLimit;
 pub use wavefront::{RayCounts, Wavefront};
 
-/// How light is transported.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(tag = "integrator", rename_all = "lowercase")]
-pub enum Method {
-    /// Path tracing with next-event estimation.
-    #[default]
-    Path,
-    /// Bidirectional path tracing: a light path for each eye path, all their vertices connected.
-    Bdpt { light_tracing: bool },
-    /// Bidirectional path tracing with a light vertex cache (Davidovic et al. 2014).
-    LvcBpt {
-        /// Light paths for each sample of all pixels; `None`: [`DEFAULT_LIGHT_PATHS`] a pixel.
-        light_paths: Option<u32>,
-        /// Connections of each eye vertex, 1 to [`MAX_CONNECTIONS`].
-        connections: u32,
-        light_tracing: bool,
-    },
-    /// Subspace-based probabilistic connections for bidirectional path tracing (Su, Li, Wang 2022).
-    SpcBpt {
-        /// As for `LvcBpt`.
-        light_paths: Option<u32>,
-        connections: u32,
-        light_tracing: bool,
-    },
-    /// Light tracing: light paths alone, connected to the camera.
-    Light {
-        /// As for `LvcBpt`; `None`: one a pixel.
-        light_paths: Option<u32>,
-    },
-}
-
-/// Connections that an eye vertex may have at once.
-pub const MAX_CONNECTIONS: u32 = 64;
-/// Connections of an eye vertex where no number is asked for.
-pub const DEFAULT_CONNECTIONS: u32 = 3;
 /// Least probability that a path goes on after a surface, where none is asked for.
 pub const DEFAULT_ROULETTE_CAP: f32 = 0.3;
-/// Light paths for each sample of each pixel of the picture, where none are asked for.
-pub const DEFAULT_LIGHT_PATHS: f64 = 0.25;
-
-impl Method {
-    /// Light paths connect to the camera.
-    pub fn traces_light(&self) -> bool {
-        match *self {
-            Self::Path => false,
-            Self::Bdpt { light_tracing }
-            | Self::LvcBpt { light_tracing, .. }
-            | Self::SpcBpt { light_tracing, .. } => light_tracing,
-            Self::Light { .. } => true,
-        }
-    }
-
-    /// The name on the command line.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Path => "path",
-            Self::Bdpt { .. } => "bdpt",
-            Self::LvcBpt { .. } => "lvcbpt",
-            Self::SpcBpt { .. } => "spcbpt",
-            Self::Light { .. } => "light",
-        }
-    }
-}
 
 /// Something that nobody asked for, and why it is so.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -197,7 +141,7 @@ pub trait Integrator: Send {
     fn wavefront_mut(&mut self) -> &mut Wavefront;
 }
 
-/// Makes the integrator that the settings ask for. `model`: what [`Method::SpcBpt`] has learnt.
+/// Makes the integrator that the settings ask for. `model`: what it connects by, where the method learns.
 ///
 /// # Errors
 /// A kernel that does not compile, a buffer that does not fit.
@@ -208,15 +152,9 @@ pub fn integrator(
     settings: Settings,
     model: Option<&Model>,
 ) -> Result<Box<dyn Integrator>, DeviceError> {
-    Ok(match settings.method {
-        Method::Path => Box::new(path::PathIntegrator::new(context, scene, camera, settings)?),
-        _ => Box::new(bidirectional::Bidirectional::new(
-            context,
-            scene,
-            camera,
-            settings,
-            model,
-            bidirectional::Purpose::Picture,
-        )?),
-    })
+    if settings.method.plan().light_paths == LightPaths::None {
+        return Ok(Box::new(path::PathIntegrator::new(context, scene, camera, settings)?));
+    }
+    let purpose = bidirectional::Purpose::Picture;
+    Ok(Box::new(bidirectional::Bidirectional::new(context, scene, camera, settings, model, purpose)?))
 }

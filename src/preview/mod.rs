@@ -30,7 +30,7 @@ use crate::cli::args::CameraArgs;
 use crate::device::Context;
 use crate::film::Picture;
 use crate::film::tonemap::View;
-use crate::integrator::Method;
+use crate::integrator::{METHODS, Method};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
@@ -38,7 +38,7 @@ pub use error::PreviewError;
 pub use window::{Display, run};
 
 /// Integrators that one can switch between, by the keys 1 to 5.
-pub const SLOTS: usize = 5;
+pub const SLOTS: usize = METHODS.len();
 
 /// Loads the scene again; the error is for the user.
 pub type Loader = Box<dyn Fn() -> Result<Arc<Scene>, String> + Send + Sync>;

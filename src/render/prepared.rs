@@ -10,7 +10,7 @@ use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
-use crate::integrator::{Choice, Method, RayCounts, Settings, integrator};
+use crate::integrator::{Choice, RayCounts, Settings, integrator};
 use crate::render::RenderError;
 use crate::scene::{self, Scene, SceneFeatures};
 use crate::training::{
@@ -145,9 +145,8 @@ impl Prepared {
     /// The method connects by what it has learnt, there is light to learn from, and no model is there yet: when that
     /// will be made.
     pub fn learns(&self) -> Option<When> {
-        let learns = matches!(self.options.method, Method::SpcBpt { .. })
-            && self.options.model.is_none()
-            && self.scene.light_count > 0;
+        let learns =
+            self.options.method.plan().learns() && self.options.model.is_none() && self.scene.light_count > 0;
         learns.then(|| self.options.training.when.unwrap_or(self.suitable().0))
     }
 
@@ -243,7 +242,7 @@ impl Prepared {
         }
         let Self { context, scene_hash, options, scene, camera, settings, mut report, .. } = self;
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
-        let model = options.model.clone().filter(|_| matches!(options.method, Method::SpcBpt { .. }));
+        let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
         let mut integrator = integrator(&context, scene, &camera, settings, model.as_deref())?;
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.

@@ -20,7 +20,7 @@ use super::task::{
     TrainingTask, WarmStart, training_batch,
 };
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
-use crate::integrator::{Choice, Integrator as _, Method, Settings};
+use crate::integrator::{Choice, Integrator as _, Method, Settings, SpcBpt};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
 const PATHS_AN_ITERATION: u32 = 1 << 14;
@@ -95,7 +95,8 @@ impl Trainer {
         let settings = small(settings);
         let light_paths = settings.region.pixels();
         let connections = training.settings.connections;
-        let method = Method::SpcBpt { light_paths: Some(light_paths), connections, light_tracing: false };
+        let method =
+            Method::SpcBpt(SpcBpt { light_paths: Some(light_paths), connections, light_tracing: false });
         let settings = Settings { method, ..settings };
         let model = Model::untrained(lesson.sources.len(), lesson.scene_hash, training.settings.clone());
         let mut integrator =

@@ -11,7 +11,7 @@ use super::records::{Records, light_features, light_sample};
 use super::task::{Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, training_batch};
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
 use crate::integrator::wavefront::{Bounce, Size, Stage, Wavefront};
-use crate::integrator::{Method, Settings};
+use crate::integrator::{LvcBpt, Method, Settings};
 
 /// Camera paths traced at a time, and room for their records at first.
 const PATHS_A_BATCH: u32 = 1 << 16;
@@ -29,7 +29,8 @@ pub(super) fn train(
     mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
 ) -> Result<TrainingResult, RenderError> {
     let TrainingTask { context, scene, camera, settings, scene_hash, training, sources, .. } = lesson;
-    let method = Method::LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false };
+    let method =
+        Method::LvcBpt(LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false });
     let settings = Settings { method, ..*settings };
     let mut bidirectional =
         Bidirectional::new(context, scene.clone(), camera, settings, None, Purpose::LightVertices)?;

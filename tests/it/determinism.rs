@@ -1,7 +1,7 @@
 //! The same seed gives the same picture, bit for bit, however the work was cut (N-19).
 
 use halfway::film::{Picture, Region};
-use halfway::integrator::Method;
+use halfway::integrator::{LightTracing, Method};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -91,7 +91,7 @@ fn n19_a_lattice_is_a_part_of_the_whole() {
     assert_eq!(Region::lattice(40, 30, 1), Region::whole(40, 30));
     assert_eq!(Region::lattice(3, 1, 8), Region { x: 2, y: 0, width: 1, height: 1, stride: 8 });
     let scene = builtin("three-lights").expect("a built-in scene");
-    for method in [Method::Path, Method::Light { light_paths: Some(2000) }] {
+    for method in [Method::Path, Method::Light(LightTracing { light_paths: Some(2000) })] {
         let options =
             RenderOptions { method, first_hit_layers: method == Method::Path, ..options(40, 30, 8) };
         let whole = render(&scene, options.clone());

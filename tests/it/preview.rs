@@ -8,7 +8,7 @@ use halfway::cli::args::CameraArgs;
 use halfway::device::{Context, DeviceChoice};
 use halfway::film::Picture;
 use halfway::film::tonemap::View;
-use halfway::integrator::Method;
+use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, SpcBpt};
 use halfway::preview::controls::Navigator;
 use halfway::preview::snapshot::Snapshot;
 use halfway::preview::worker::{Event, Request, Save, Saved, Worker};
@@ -30,10 +30,10 @@ const SAMPLES: u32 = 76;
 fn methods() -> [Method; SLOTS] {
     [
         Method::Path,
-        Method::Bdpt { light_tracing: true },
-        Method::LvcBpt { light_paths: None, connections: 2, light_tracing: true },
-        Method::SpcBpt { light_paths: None, connections: 2, light_tracing: false },
-        Method::Light { light_paths: None },
+        Method::Bdpt(Bdpt { light_tracing: true }),
+        Method::LvcBpt(LvcBpt { light_paths: None, connections: 2, light_tracing: true }),
+        Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false }),
+        Method::Light(LightTracing { light_paths: None }),
     ]
 }
 

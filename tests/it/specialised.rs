@@ -2,7 +2,7 @@
 //! and what is required follows from the scene (S-03).
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
-use halfway::integrator::Method;
+use halfway::integrator::{LvcBpt, Method, SpcBpt};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
@@ -88,7 +88,7 @@ fn s01_general_kernels_make_the_same_picture() {
 /// which take minutes to compile into every kernel, are forced on one scene only.
 #[test]
 fn s01_general_bidirectional_kernels_make_the_same_picture() {
-    let method = Method::LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true };
+    let method = Method::LvcBpt(LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true });
     // Everything but microfacets and glass, whose kernels take minutes to compile on a software device.
     for name in ["cornell", "bumpy-plane"] {
         let scene = builtin(name).expect("a built-in scene");
@@ -123,9 +123,12 @@ fn s01_general_bidirectional_kernels_make_the_same_picture() {
 #[test]
 fn s01_lambert_vertices_make_the_same_picture() {
     for (name, method) in [
-        ("cornell", Method::SpcBpt { light_paths: Some(100), connections: 2, light_tracing: true }),
-        ("door", Method::SpcBpt { light_paths: Some(100), connections: 2, light_tracing: false }),
-        ("three-lights", Method::LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true }),
+        ("cornell", Method::SpcBpt(SpcBpt { light_paths: Some(100), connections: 2, light_tracing: true })),
+        ("door", Method::SpcBpt(SpcBpt { light_paths: Some(100), connections: 2, light_tracing: false })),
+        (
+            "three-lights",
+            Method::LvcBpt(LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true }),
+        ),
     ] {
         let scene = builtin(name).expect("a built-in scene");
         let settings = Settings { subspaces: Some(24), connections: 2, ..Settings::default() };

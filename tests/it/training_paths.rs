@@ -4,7 +4,7 @@ use halfway::accel::Accel;
 use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
 use halfway::film::Region;
-use halfway::integrator::{DEFAULT_ROULETTE_CAP, Method, Settings};
+use halfway::integrator::{DEFAULT_ROULETTE_CAP, Method, Settings, SpcBpt};
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace;
@@ -24,7 +24,7 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let device = DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
     let [width, height] = [48, 48];
     let camera = Camera::new(&device.unit, &scene.cameras[0], width, height);
-    let method = Method::SpcBpt { light_paths: None, connections: CONNECTIONS, light_tracing: false };
+    let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: CONNECTIONS, light_tracing: false });
     let settings = Settings {
         width,
         height,

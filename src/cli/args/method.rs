@@ -1,27 +1,13 @@
 //! The arguments that say how light is transported, shared by the subcommands that render.
 
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::InputError;
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method};
+use crate::integrator::method::{Given, Setting};
+use crate::integrator::{DEFAULT_CONNECTIONS, Descriptor, MAX_CONNECTIONS, METHODS, Method};
 use crate::subspace::{Optimiser, Settings, SubspaceError};
 use crate::training::{LONG_RENDER_ROUNDS, Training, When};
-
-/// How light is transported.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum IntegratorName {
-    /// Path tracing with next-event estimation.
-    #[default]
-    Path,
-    /// Bidirectional path tracing: every eye path is connected to a light path of its own.
-    Bdpt,
-    /// Bidirectional path tracing with a light vertex cache that the whole picture shares.
-    Lvcbpt,
-    /// Bidirectional path tracing that has learnt which light vertices are worth a connection (SPCBPT).
-    Spcbpt,
-    /// Light tracing: light paths alone, connected to the camera.
-    Light,
-}
 
 /// What is worth more: to see something soon, or little noise in the end. What is set by itself goes before. Connections
 /// and light paths are the same in all: docs/knobs.md shows no other number of them to be better, early or late.
@@ -50,8 +36,9 @@ impl Quality {
 /// How light is transported, and with which settings.
 #[derive(Args, Debug)]
 pub struct MethodArgs {
-    #[arg(short, long, value_enum, default_value_t)]
-    integrator: IntegratorName,
+    /// How light is transported.
+    #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = METHODS[0].name)]
+    integrator: &'static Descriptor,
     /// Light paths for each sample of the whole picture; a few samples may share theirs (default: lvcbpt and spcbpt a
     /// quarter of the pixels, light all of them).
     #[arg(long, value_name = "M")]
@@ -153,14 +140,42 @@ impl LearnArgs {
     }
 }
 
-impl MethodArgs {
-    #[cfg(feature = "preview")]
-    pub fn integrator(&self) -> IntegratorName {
-        self.integrator
+/// Reads the name of a method.
+#[derive(Clone)]
+struct IntegratorParser;
+
+impl clap::builder::TypedValueParser for IntegratorParser {
+    type Value = &'static Descriptor;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<Self::Value, clap::Error> {
+        let names = METHODS.map(|method| method.name);
+        let name = clap::builder::PossibleValuesParser::new(names).parse_ref(command, argument, value)?;
+        Descriptor::find(&name).ok_or_else(|| clap::Error::new(clap::error::ErrorKind::InvalidValue))
     }
 
-    fn connections(&self) -> u32 {
-        self.connections.unwrap_or(DEFAULT_CONNECTIONS)
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(METHODS.iter().map(|method| PossibleValue::new(method.name).help(method.help))))
+    }
+}
+
+/// `a, b and c`: the methods that have a setting.
+fn names_of(setting: Setting) -> String {
+    let names: Vec<&str> =
+        METHODS.iter().filter(|method| method.takes(setting)).map(|method| method.name).collect();
+    match names.as_slice() {
+        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
+        names => names.concat(),
+    }
+}
+
+impl MethodArgs {
+    pub fn integrator(&self) -> &'static Descriptor {
+        self.integrator
     }
 
     /// The method with its settings.
@@ -168,53 +183,48 @@ impl MethodArgs {
     /// # Errors
     /// A setting that the integrator does not have, or out of its range.
     pub fn method(&self) -> Result<Method, InputError> {
-        use IntegratorName as Name;
-        let (name, light_paths) = (self.integrator, self.light_paths);
-        let refuse = |flag: &str, who: &str| {
-            Err(InputError::Usage(format!(
-                "{flag} is a setting of {who}; leave it out, or choose with --integrator"
-            )))
+        let given = Given {
+            light_paths: self.light_paths,
+            connections: self.connections,
+            light_tracing: self.light_tracing,
         };
-        if light_paths.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Light) {
-            return refuse("--light-paths", "lvcbpt, spcbpt and light");
+        for (flag, setting, is_given) in [
+            ("--light-paths", Setting::LightPaths, given.light_paths.is_some()),
+            ("--connections", Setting::Connections, given.connections.is_some()),
+            ("--light-tracing", Setting::LightTracing, given.light_tracing),
+        ] {
+            self.refuse(flag, setting, is_given)?;
         }
-        if self.connections.is_some() && !matches!(name, Name::Lvcbpt | Name::Spcbpt) {
-            return refuse("--connections", "lvcbpt and spcbpt");
+        if given.light_paths == Some(0) {
+            return Err(InputError::Usage("--light-paths takes at least 1 light path per sample".into()));
         }
-        if self.light_tracing && !matches!(name, Name::Lvcbpt | Name::Spcbpt | Name::Bdpt) {
-            return refuse("--light-tracing", "bdpt, lvcbpt and spcbpt");
-        }
-        if light_paths == Some(0) {
-            return Err(InputError::Usage("--light-paths takes at least 1 light path a sample".into()));
-        }
-        let connections = self.connections();
-        if !(1..=MAX_CONNECTIONS).contains(&connections) {
+        if given.connections.is_some_and(|connections| !(1..=MAX_CONNECTIONS).contains(&connections)) {
             return Err(InputError::Usage(format!("--connections takes 1 to {MAX_CONNECTIONS}")));
         }
-        Ok(match name {
-            Name::Path => Method::Path,
-            Name::Bdpt => Method::Bdpt { light_tracing: self.light_tracing },
-            Name::Lvcbpt => Method::LvcBpt { light_paths, connections, light_tracing: self.light_tracing },
-            Name::Spcbpt => Method::SpcBpt { light_paths, connections, light_tracing: self.light_tracing },
-            Name::Light => Method::Light { light_paths },
-        })
+        Ok((self.integrator.make)(&given))
     }
-}
 
-impl MethodArgs {
-    /// What spcbpt learns from.
+    /// Refuses a setting that is given and that the integrator does not have.
+    fn refuse(&self, flag: &str, setting: Setting, is_given: bool) -> Result<(), InputError> {
+        if !is_given || self.integrator.takes(setting) {
+            return Ok(());
+        }
+        let who = names_of(setting);
+        Err(InputError::Usage(format!(
+            "{flag} is a setting of {who}; leave it out, or choose with --integrator"
+        )))
+    }
+
+    /// What it learns from, where it learns.
     ///
     /// # Errors
     /// A setting of another integrator, or out of its range.
     pub fn training(&self) -> Result<Training, InputError> {
         let preset = (self.quality != Quality::Normal).then_some("--quality");
         let given = self.learning.given().or(self.learn.and(Some("--learn"))).or(preset);
-        if let Some(flag) = given.filter(|_| self.integrator != IntegratorName::Spcbpt) {
-            return Err(InputError::Usage(format!(
-                "{flag} is a setting of spcbpt; leave it out, or add --integrator spcbpt"
-            )));
-        }
-        let training = self.learning.training(self.quality.training(), self.connections());
+        self.refuse(given.unwrap_or_default(), Setting::Learning, given.is_some())?;
+        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
+        let training = self.learning.training(self.quality.training(), connections);
         let training = training.map_err(|error| InputError::Usage(error.to_string()))?;
         Ok(Training { when: self.learn, ..training })
     }

@@ -1,12 +1,12 @@
 //! Integrators with settings, as benchmarks are told of them.
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 
 use super::scene::BenchScene;
 use crate::cli::args::InputError;
-use crate::cli::args::method::{IntegratorName, MethodArgs};
+use crate::cli::args::method::MethodArgs;
 use crate::cli::args::picture::PathArgs;
-use crate::integrator::Method;
+use crate::integrator::{Descriptor, Method};
 use crate::render::RenderOptions;
 use crate::training::{Training, When};
 
@@ -89,7 +89,7 @@ impl Candidate {
 pub fn parse_integrators(list: &str) -> Result<Vec<Candidate>, InputError> {
     let mut labels: Vec<String> = Vec::new();
     for part in list.split(',') {
-        let is_setting = !part.contains(':') && IntegratorName::from_str(part, false).is_err();
+        let is_setting = !part.contains(':') && Descriptor::find(part).is_none();
         match labels.last_mut() {
             Some(last) if is_setting && last.contains(':') => *last = format!("{last},{part}"),
             _ => labels.push(part.to_owned()),
@@ -144,6 +144,7 @@ pub fn parse_sweep(text: &str) -> Result<Sweep, InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::{Bdpt, LightTracing, LvcBpt};
 
     #[test]
     fn integrators_with_settings() {
@@ -153,9 +154,9 @@ mod tests {
         let cache = "lvcbpt:connections=2,light-paths=500,light-tracing";
         assert_eq!(labels, ["path", cache, "bdpt", "light:light-paths=7"]);
         let methods: Vec<Method> = candidates.iter().map(|candidate| candidate.method).collect();
-        let cached = Method::LvcBpt { light_paths: Some(500), connections: 2, light_tracing: true };
-        let light = Method::Light { light_paths: Some(7) };
-        assert_eq!(methods, [Method::Path, cached, Method::Bdpt { light_tracing: false }, light]);
+        let cached = Method::LvcBpt(LvcBpt { light_paths: Some(500), connections: 2, light_tracing: true });
+        let light = Method::Light(LightTracing { light_paths: Some(7) });
+        assert_eq!(methods, [Method::Path, cached, Method::Bdpt(Bdpt { light_tracing: false }), light]);
         assert_eq!(candidates[1].flags(), "-i lvcbpt --connections 2 --light-paths 500 --light-tracing");
         assert_eq!(candidates[0].flags(), "-i path");
     }

@@ -5,6 +5,7 @@
 //! connected to the camera (t = 1), where that is wanted, and stored in the light cache. Then the eye paths: at every
 //! vertex first the connections to the cache, then the light that is met by chance, then the next ray.
 
+pub mod settings;
 mod subspaces;
 
 use crate::device::layout::{Batch, Camera, Counts};
@@ -14,12 +15,9 @@ use crate::film::Region;
 use crate::subspace::Model;
 
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
-use super::{Choice, DEFAULT_LIGHT_PATHS, FirstSubspaces, Integrator, Method, Settings};
+use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Selector, Settings};
 use subspaces::Subspaces;
 
-/// Connections in flight for each eye vertex when all vertices of a light path are connected; longer paths take
-/// several rounds.
-const OWN_PATH_CELLS: u32 = 4;
 /// Room in the cache for each light path at first; it grows where that is too little.
 const FIRST_VERTICES_A_PATH: u64 = 6;
 /// Light paths whose mean number of vertices is the cache's L in all weights.
@@ -30,7 +28,7 @@ const PILOT_SAMPLE: u32 = u32::MAX;
 /// See the module.
 pub(crate) struct Bidirectional {
     pub wavefront: Wavefront,
-    method: Method,
+    plan: Plan,
     /// Light paths for each sample of all pixels.
     light_paths: u32,
     /// Samples of an iteration.
@@ -105,18 +103,13 @@ impl Bidirectional {
         model: Option<&Model>,
         purpose: Purpose,
     ) -> Result<Self, DeviceError> {
-        let method = settings.method;
+        let plan = settings.method.plan();
         let learns = purpose == Purpose::Records;
-        let cells = match method {
-            Method::Bdpt { .. } => OWN_PATH_CELLS,
-            Method::LvcBpt { connections, .. } | Method::SpcBpt { connections, .. } => connections,
-            Method::Path | Method::Light { .. } => 1,
-        };
         let subspace_directions = model.is_some_and(|model| model.settings.direction_weight > 0.0);
         let form = Form {
-            cells,
+            cells: plan.connections,
             bidirectional: true,
-            splats: method.traces_light(),
+            splats: plan.to_camera,
             subspaces: model.is_some(),
             subspace_directions,
             learns,
@@ -136,15 +129,15 @@ impl Bidirectional {
             wavefront.make_room_for_records(context, 1)?;
         }
         let kernels = Kernels {
-            light: if lights { Some(LightKernels::new(context, &mut wavefront, method)?) } else { None },
-            eye_shade: match method {
-                Method::Light { .. } => None,
-                _ => Some(wavefront.compile(context, "eye_shade", &[])?),
+            light: if lights { Some(LightKernels::new(context, &mut wavefront, &plan)?) } else { None },
+            eye_shade: match plan.selector {
+                Some(_) => Some(wavefront.compile(context, "eye_shade", &[])?),
+                None => None,
             },
         };
         let mut integrator = Self {
             wavefront,
-            method,
+            plan,
             light_paths: 1,
             iteration: 1,
             connection_density: 1.0,
@@ -156,8 +149,9 @@ impl Bidirectional {
         };
         integrator.divide();
         integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
-        if let (true, Method::LvcBpt { connections, .. }) = (lights, method) {
-            integrator.connection_density = connections as f32 / integrator.vertices_a_path(context)? as f32;
+        if lights && plan.selector == Some(Selector::Uniform) {
+            let vertices_per_path = integrator.vertices_per_path(context)?;
+            integrator.connection_density = plan.connections as f32 / vertices_per_path as f32;
         }
         Ok(integrator)
     }
@@ -166,18 +160,10 @@ impl Bidirectional {
     fn divide(&mut self) {
         let settings = &self.wavefront.settings;
         let pixels = settings.width * settings.height;
-        self.light_paths = match self.method {
-            Method::LvcBpt { light_paths, .. } | Method::SpcBpt { light_paths, .. } => {
-                light_paths.unwrap_or((f64::from(pixels) * DEFAULT_LIGHT_PATHS).ceil() as u32)
-            }
-            Method::Light { light_paths } => light_paths.unwrap_or(pixels),
-            Method::Path | Method::Bdpt { .. } => settings.region.pixels(),
-        };
-        self.iteration = match self.method {
-            Method::LvcBpt { .. } | Method::SpcBpt { .. } if !self.wavefront.learns() => {
-                self.wavefront.samples_at_once(self.light_paths)
-            }
-            _ => 1,
+        self.light_paths = self.plan.light_paths.count(pixels, settings.region.pixels());
+        self.iteration = match self.plan.shares_cache() && !self.wavefront.learns() {
+            true => self.wavefront.samples_at_once(self.light_paths),
+            false => 1,
         };
     }
 
@@ -264,18 +250,18 @@ impl Bidirectional {
 
     /// Light paths that the cache must hold at a time.
     fn cached_paths(&self) -> u32 {
-        match self.method {
-            Method::LvcBpt { .. } | Method::SpcBpt { .. } => {
+        match self.plan.selector {
+            Some(Selector::Uniform | Selector::Subspaces) => {
                 self.light_paths.saturating_mul(self.iteration).max(PILOT_PATHS)
             }
-            Method::Bdpt { .. } => self.light_paths.min(self.wavefront.capacity),
-            Method::Path | Method::Light { .. } => 0,
+            Some(Selector::OwnPath) => self.light_paths.min(self.wavefront.capacity),
+            None => 0,
         }
     }
 
     /// Mean number of vertices that a light path leaves in the cache, from paths that no picture is made of: a
     /// number that depends on the samples it weighs would bias them.
-    fn vertices_a_path(&mut self, context: &Context) -> Result<f64, DeviceError> {
+    fn vertices_per_path(&mut self, context: &Context) -> Result<f64, DeviceError> {
         let batch = self.wavefront.batches(PILOT_SAMPLE, 1)[0];
         let counts = self.fill_cache(context, &batch, PILOT_PATHS)?;
         Ok(f64::from(counts.light_vertices) / f64::from(PILOT_PATHS))
@@ -356,17 +342,22 @@ impl Bidirectional {
             Light::Cache => &self.stages.quiet_light_bounce,
         };
         let mut encoder = self.wavefront.start(context, batch, rays)?;
-        if matches!(self.method, Method::Light { .. }) {
+        if self.plan.selector.is_none() {
             self.wavefront.record(&mut encoder, &self.stages.camera_tests)?;
         }
         self.wavefront.bounce(context, encoder, bounce, batch.max_depth)
     }
 
+    /// Each eye path has a light path of its own.
+    fn connects_own_path(&self) -> bool {
+        self.plan.selector == Some(Selector::OwnPath)
+    }
+
     /// The stages of a bounce of eye paths.
     fn eye_bounce(&self, counts: &Counts) -> Bounce {
-        let rounds = match self.method {
-            Method::Bdpt { .. } => counts.longest_light_path.max(1).div_ceil(OWN_PATH_CELLS),
-            _ => 1,
+        let rounds = match self.connects_own_path() {
+            true => counts.longest_light_path.max(1).div_ceil(self.plan.connections),
+            false => 1,
         };
         [0, 1].map(|parity: usize| {
             let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
@@ -401,12 +392,12 @@ impl Bidirectional {
 
     /// A batch as the method's kernels want it.
     fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
-        let to_camera = self.stages.light_rays.is_some() && self.method.traces_light();
+        let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
         Batch {
             light_path_count: light_paths,
-            connection_density: match self.method {
-                Method::Light { .. } | Method::SpcBpt { .. } => 0.0,
-                _ => self.connection_density,
+            connection_density: match self.plan.selector {
+                Some(Selector::OwnPath | Selector::Uniform) => self.connection_density,
+                Some(Selector::Subspaces) | None => 0.0,
             },
             camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
             ..batch
@@ -433,12 +424,12 @@ impl Bidirectional {
     fn iterate(&mut self, context: &Context, batches: &[Batch], light_paths: u32) -> Result<(), DeviceError> {
         let lit = self.stages.light_rays.is_some();
         let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
-        let own_paths = matches!(self.method, Method::Bdpt { .. });
+        let own_paths = self.connects_own_path();
         let mut purpose = Light::CameraAndCache;
         let mut counts = Counts::default();
         if lit && !own_paths {
             counts = self.trace_light(context, &self.shared_batches(&batches[0]), purpose)?;
-        } else if lit && batches.len() > 1 && self.method.traces_light() {
+        } else if lit && batches.len() > 1 && self.plan.to_camera {
             // All that light paths bring to the camera has to be there before the first pixel is summed.
             for batch in &batches {
                 self.trace_light(context, &[*batch], purpose)?;
@@ -457,13 +448,13 @@ impl Bidirectional {
 }
 
 impl LightKernels {
-    fn new(context: &Context, wavefront: &mut Wavefront, method: Method) -> Result<Self, DeviceError> {
-        let features = light_features(method);
+    fn new(context: &Context, wavefront: &mut Wavefront, plan: &Plan) -> Result<Self, DeviceError> {
+        let features = light_features(plan);
         let closest_hit = match wavefront.has_alpha() {
             true => Some(wavefront.compile(context, "closest_hit", &features)?),
             false => None,
         };
-        let camera = match method.traces_light() {
+        let camera = match plan.to_camera {
             true => {
                 let mut splat_features = features.clone();
                 splat_features.extend(["any_hit", "splats_atomic"]);
@@ -474,10 +465,10 @@ impl LightKernels {
             }
             false => None,
         };
-        let cache = match method {
-            Method::Light { .. } => None,
-            _ => {
-                let own: &[&str] = if let Method::Bdpt { .. } = method { &["own_light_path"] } else { &[] };
+        let cache = match plan.selector {
+            None => None,
+            Some(selector) => {
+                let own: &[&str] = if selector == Selector::OwnPath { &["own_light_path"] } else { &[] };
                 Some(CacheKernels {
                     scan: wavefront.compile(context, "light_scan", &[])?,
                     order: wavefront.compile(context, "light_order", &[])?,
@@ -503,15 +494,12 @@ enum Light {
 }
 
 /// What the kernels of light paths are compiled with.
-fn light_features(method: Method) -> Vec<&'static str> {
+fn light_features(plan: &Plan) -> Vec<&'static str> {
     let mut features = vec!["light_paths"];
-    match method {
-        Method::LvcBpt { .. } | Method::SpcBpt { .. } => {
-            features.extend(["shared_light_paths", "light_cache"]);
-        }
-        Method::Light { .. } => features.extend(["shared_light_paths", "light_only"]),
-        Method::Path | Method::Bdpt { .. } => features.push("light_cache"),
+    if plan.light_paths.are_shared() {
+        features.push("shared_light_paths");
     }
+    features.push(if plan.selector.is_some() { "light_cache" } else { "light_only" });
     features
 }
 
@@ -552,10 +540,10 @@ impl Integrator for Bidirectional {
 
     fn choices(&self) -> Vec<Choice> {
         let mut choices = Vec::new();
-        if let Method::LvcBpt { light_paths, .. } | Method::SpcBpt { light_paths, .. } = self.method {
-            if light_paths.is_none() {
-                let reason = format!("{DEFAULT_LIGHT_PATHS} for each pixel");
-                choices.push(Choice::new("light paths a sample", self.light_paths, reason));
+        if self.plan.shares_cache() {
+            if let LightPaths::Shared { wanted: None, per_pixel } = self.plan.light_paths {
+                let reason = format!("{per_pixel} for each pixel");
+                choices.push(Choice::new("light paths per sample", self.light_paths, reason));
             }
             let reason = "all that the queues hold at once, up to a group";
             choices.push(Choice::new("samples that share light paths", self.iteration, reason));

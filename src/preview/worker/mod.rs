@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use crate::device::DeviceError;
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::tonemap::View;
-use crate::integrator::{Method, SubmissionLimit};
+use crate::integrator::SubmissionLimit;
 use crate::render::{RenderError, RenderOptions, Uploaded};
 use crate::scene::{Camera, Scene};
 use crate::subspace::Model;
@@ -474,9 +474,7 @@ impl Work {
         let (slot, view, camera) = (wish.slot, wish.view, wish.camera.clone());
         let is_missing = |slot: usize| self.films[slot].is_none() && !self.failed[slot];
         let learns = |slot: usize| {
-            matches!(self.settings.methods[slot], Method::SpcBpt { .. })
-                && !self.model_fits()
-                && uploaded.has_lights()
+            self.settings.methods[slot].plan().learns() && !self.model_fits() && uploaded.has_lights()
         };
         // Who learns first shows something else meanwhile.
         let stand_in = (learns(slot) && self.films.iter().all(Option::is_none)).then_some(0);

@@ -1,0 +1,141 @@
+//! What a method comes down to. This is the only place that asks which method it is: all other code reads the plan.
+
+use super::bidirectional::settings;
+use super::method::{Descriptor, Method};
+use super::path;
+
+/// Where the light paths of an iteration come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightPaths {
+    /// There are none.
+    None,
+    /// One for each eye path.
+    OnePerEyePath,
+    /// So many for each sample of the whole picture, shared by all its pixels; `wanted` by the user, or `per_pixel` of
+    /// the whole picture.
+    Shared { wanted: Option<u32>, per_pixel: f64 },
+}
+
+/// Which vertices of the light vertex cache an eye vertex is connected to: `shaders/lib/select_*.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Selector {
+    /// All of the light path that belongs to the eye path.
+    OwnPath,
+    /// Any, all alike.
+    Uniform,
+    /// A light subspace by Gamma, then a vertex of it by its power.
+    Subspaces,
+}
+
+/// What goes into the weights of multiple importance sampling: `shaders/lib/weights_*.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weights {
+    /// Densities that do not depend on what a light path carries: one ratio per vertex.
+    Ratio,
+    /// Gamma and Q: the density of a connection depends on the light path's weight.
+    Subspaces,
+}
+
+/// See the module.
+#[derive(Clone, Copy)]
+pub struct Plan {
+    pub descriptor: &'static Descriptor,
+    pub light_paths: LightPaths,
+    /// Connections that an eye vertex has in flight.
+    pub connections: u32,
+    /// `None`: eye vertices are not connected to light vertices.
+    pub selector: Option<Selector>,
+    pub weights: Weights,
+    /// Light paths are connected to the camera.
+    pub to_camera: bool,
+}
+
+/// Light paths for each sample of each pixel of the picture, where none are asked for.
+const LIGHT_PATHS_PER_PIXEL: f64 = 0.25;
+/// Connections in flight where an eye vertex is connected to all vertices of its light path; longer paths take several
+/// rounds.
+const OWN_PATH_CONNECTIONS: u32 = 4;
+
+impl Method {
+    pub fn plan(&self) -> Plan {
+        match *self {
+            Self::Path => Plan {
+                descriptor: &path::DESCRIPTOR,
+                light_paths: LightPaths::None,
+                connections: 1,
+                selector: None,
+                weights: Weights::Ratio,
+                to_camera: false,
+            },
+            Self::Bdpt(method) => Plan {
+                descriptor: &settings::BDPT,
+                light_paths: LightPaths::OnePerEyePath,
+                connections: OWN_PATH_CONNECTIONS,
+                selector: Some(Selector::OwnPath),
+                weights: Weights::Ratio,
+                to_camera: method.light_tracing,
+            },
+            Self::LvcBpt(method) => Plan {
+                descriptor: &settings::LVCBPT,
+                light_paths: shared(method.light_paths),
+                connections: method.connections,
+                selector: Some(Selector::Uniform),
+                weights: Weights::Ratio,
+                to_camera: method.light_tracing,
+            },
+            Self::SpcBpt(method) => Plan {
+                descriptor: &settings::SPCBPT,
+                light_paths: shared(method.light_paths),
+                connections: method.connections,
+                selector: Some(Selector::Subspaces),
+                weights: Weights::Subspaces,
+                to_camera: method.light_tracing,
+            },
+            Self::Light(method) => Plan {
+                descriptor: &settings::LIGHT,
+                light_paths: LightPaths::Shared { wanted: method.light_paths, per_pixel: 1.0 },
+                connections: 1,
+                selector: None,
+                weights: Weights::Ratio,
+                to_camera: true,
+            },
+        }
+    }
+}
+
+fn shared(wanted: Option<u32>) -> LightPaths {
+    LightPaths::Shared { wanted, per_pixel: LIGHT_PATHS_PER_PIXEL }
+}
+
+impl LightPaths {
+    /// Light paths for each sample of a picture of so many pixels, of which `rendered` are rendered.
+    pub fn count(self, pixels: u32, rendered: u32) -> u32 {
+        match self {
+            Self::None | Self::OnePerEyePath => rendered,
+            Self::Shared { wanted, per_pixel } => {
+                wanted.unwrap_or((f64::from(pixels) * per_pixel).ceil() as u32)
+            }
+        }
+    }
+
+    pub fn are_shared(self) -> bool {
+        matches!(self, Self::Shared { .. })
+    }
+}
+
+impl Plan {
+    /// Connects by what was learnt before.
+    pub fn learns(&self) -> bool {
+        self.weights == Weights::Subspaces
+    }
+
+    /// Finds paths in more than one way, each of which can be shown alone.
+    pub fn has_strategies(&self) -> bool {
+        self.selector.is_some()
+    }
+
+    /// Eye vertices are connected to a cache that light paths of all pixels are in.
+    pub fn shares_cache(&self) -> bool {
+        self.selector.is_some() && self.light_paths.are_shared()
+    }
+}
