@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::Picture;
 use super::flip::mean_flip;
-use super::tonemap::{View, srgb_encode};
+use super::tonemap::{ViewTransform, srgb_encode};
 use crate::film::FilmError;
 
 /// Edge of the tiles whose means are compared, in pixels.
@@ -127,7 +127,7 @@ pub fn non_finite_pixels(picture: &Picture) -> usize {
 pub fn compare(
     picture: &Picture,
     reference: &Picture,
-    view: View,
+    view: ViewTransform,
     exposure: f32,
 ) -> Result<Comparison, FilmError> {
     let Errors { mape, relmse, relmse_trimmed } = errors(picture, reference)?;

@@ -119,7 +119,7 @@ impl Builder {
             let known = match prepared.learns() {
                 Some(_) => {
                     state.say("learning", None);
-                    prepared.learn(|step| state.learning(&step))?.known
+                    prepared.learn(|step| state.learning(&step))?.warm_start
                 }
                 None => None,
             };

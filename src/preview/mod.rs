@@ -29,7 +29,7 @@ use std::sync::Arc;
 use crate::cli::args::CameraArgs;
 use crate::device::Context;
 use crate::film::Picture;
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::integrator::{METHODS, Method};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
@@ -59,7 +59,7 @@ pub struct Settings {
     /// Samples after which a picture is good enough.
     pub samples: Option<u32>,
     pub reference: Option<Picture>,
-    pub view: View,
+    pub view: ViewTransform,
     pub exposure: f32,
     /// Pictures are saved beside this name, with a number.
     pub output: PathBuf,

@@ -3,7 +3,7 @@
 use egui::{Color32, DragValue, Grid, Pos2, RichText, ScrollArea, Sense, Slider, Stroke, Ui, Vec2};
 
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::math::curve;
 
 use super::display::{Look, Show};
@@ -108,7 +108,8 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
             }
         }
         for _ in 0..times(Key::V, false) {
-            choices.look.view = next(&[View::Neutral, View::Srgb, View::Agx], choices.look.view);
+            choices.look.view =
+                next(&[ViewTransform::Neutral, ViewTransform::Srgb, ViewTransform::Agx], choices.look.view);
         }
     });
     actions
@@ -224,7 +225,9 @@ fn integrators(ui: &mut Ui, status: &Status, choices: &mut Choices) {
 fn look(ui: &mut Ui, status: &Status, choices: &mut Choices) {
     let look = &mut choices.look;
     ui.horizontal(|ui| {
-        for (view, name) in [(View::Neutral, "neutral"), (View::Srgb, "sRGB"), (View::Agx, "AgX")] {
+        for (view, name) in
+            [(ViewTransform::Neutral, "neutral"), (ViewTransform::Srgb, "sRGB"), (ViewTransform::Agx, "AgX")]
+        {
             ui.selectable_value(&mut look.view, view, name);
         }
     });

@@ -39,7 +39,7 @@ pub fn save(
     let mut picture = renderer.picture()?;
     picture.metadata = report.metadata(&Origin {
         method,
-        seed: settings.options.seed,
+        seed: settings.options.view.seed,
         scene_hash: renderer.scene_hash(),
         device: settings.context.describe(),
         command_line: settings.command_line.clone(),

@@ -12,7 +12,7 @@ use crate::subspace::SubspaceError;
 impl Model {
     /// Density of a path by all strategies together, with this model, over the density p that it was found with.
     pub fn path_density(&self, set: &TrainingSet, path: usize) -> f64 {
-        let connections = f64::from(self.settings.connections);
+        let connections = f64::from(self.connections);
         let by_connection = set.nodes()[set.nodes_of(path)].iter().map(|node| {
             let (row, column) = (self.eye_label(&node.eye), self.light_label(&node.light));
             let share = f64::from(self.gamma[(row * self.subspaces + column) as usize]);
@@ -28,7 +28,7 @@ impl Model {
 /// # Errors
 /// A tile or a light that does not exist.
 pub fn relative_loss(model: &Model, set: &TrainingSet, found: Range<usize>) -> Result<f64, SubspaceError> {
-    let weighed = weigh(set, model.sources.len(), &model.settings)?;
+    let weighed = weigh(set, model.sources.len(), &model.settings, model.seed)?;
     let losses = found.into_par_iter().map(|path| {
         let squared = weighed.paths[path].squared;
         let density = model.path_density(set, path);

@@ -42,7 +42,12 @@ pub struct Weighed {
 ///
 /// # Errors
 /// A tile or a light that does not exist.
-pub fn weigh(set: &TrainingSet, lights: usize, settings: &Settings) -> Result<Weighed, SubspaceError> {
+pub fn weigh(
+    set: &TrainingSet,
+    lights: usize,
+    settings: &Settings,
+    seed: u64,
+) -> Result<Weighed, SubspaceError> {
     let tiles = set.tile_pixels().len();
     if let Some(path) = set.paths().iter().find(|path| path.tile as usize >= tiles) {
         return Err(SubspaceError::UnknownTile { tile: path.tile, count: tiles });
@@ -82,7 +87,7 @@ pub fn weigh(set: &TrainingSet, lights: usize, settings: &Settings) -> Result<We
             PathWeight {
                 squared: contribution * contribution,
                 weight: contribution,
-                held_out: is_held_out(set.group_of(index), settings),
+                held_out: is_held_out(set.group_of(index), settings, seed),
             }
         })
         .collect();
@@ -115,7 +120,7 @@ pub(super) fn check_lights<'a>(
 }
 
 /// By the group and the seed alone.
-fn is_held_out(group: u32, settings: &Settings) -> bool {
-    let key = [group, 0, HELD_OUT_STREAM, seed_key(settings.seed)];
+fn is_held_out(group: u32, settings: &Settings, seed: u64) -> bool {
+    let key = [group, 0, HELD_OUT_STREAM, seed_key(seed)];
     f64::from(pcg4d(key)[0]) < settings.held_out * 2f64.powi(32)
 }

@@ -44,13 +44,10 @@ pub struct Settings {
     pub uniform_share: f64,
     /// Share of what neighbouring subspaces have learnt in every step of Gamma; `None`: what suits the held-out paths.
     pub smoothing: Option<f64>,
-    /// N, connections of an eye vertex.
-    pub connections: u32,
     pub optimiser: Optimiser,
     pub max_steps: u32,
     /// Share of the paths that judges the steps instead of teaching them.
     pub held_out: f64,
-    pub seed: u64,
 }
 
 impl Default for Settings {
@@ -64,11 +61,9 @@ impl Default for Settings {
             tree_samples: 100_000,
             uniform_share: 0.1,
             smoothing: None,
-            connections: 2,
             optimiser: Optimiser::Mm,
             max_steps: 20,
             held_out: 0.1,
-            seed: 0,
         }
     }
 }
@@ -112,7 +107,6 @@ impl Settings {
             }
             Err(SubspaceError::Setting { name, value: f64::from(value), least: 1.0, most: f64::from(most) })
         };
-        count("subspaces", self.subspaces.unwrap_or(1), MOST_SUBSPACES)?;
-        count("connections", self.connections, 1 << 16)
+        count("subspaces", self.subspaces.unwrap_or(1), MOST_SUBSPACES)
     }
 }

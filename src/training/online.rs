@@ -24,10 +24,10 @@ pub enum TrainingEvent {
     End(Box<TrainingResult>),
 }
 
-/// A course that knows how much light there is, and goes on when it is told to.
+/// A trainer that knows how much light there is, and goes on when it is told to.
 pub struct PreparedTrainer {
-    lesson: TrainingTask,
-    course: Trainer,
+    task: TrainingTask,
+    trainer: Trainer,
 }
 
 impl PreparedTrainer {
@@ -35,19 +35,19 @@ impl PreparedTrainer {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn new(lesson: TrainingTask) -> Result<Self, RenderError> {
-        let course = Trainer::begin(&lesson)?;
-        Ok(Self { lesson, course })
+    pub fn new(task: TrainingTask) -> Result<Self, RenderError> {
+        let trainer = Trainer::begin(&task)?;
+        Ok(Self { task, trainer })
     }
 
     /// Chooses by power.
     pub fn model(&self) -> &Arc<Model> {
-        &self.course.model
+        &self.trainer.model
     }
 
     /// Time that it took, compiling not counted.
     pub fn elapsed(&self) -> Duration {
-        self.course.elapsed()
+        self.trainer.elapsed()
     }
 
     /// Learns from now on.
@@ -55,14 +55,14 @@ impl PreparedTrainer {
     /// # Errors
     /// The system gives no thread.
     pub fn start(self) -> Result<OnlineTraining, RenderError> {
-        let Self { lesson, course } = self;
+        let Self { task, trainer } = self;
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let (tell, news) = mpsc::channel();
         let work = move || {
             // Where nobody listens any more, that is the end.
             let say = |news| tell.send(news).map_err(|_| RenderError::Interrupted);
-            let trained = course.run(&lesson, true, |step| match step {
+            let trained = trainer.run(&task, true, |step| match step {
                 _ if stopped.load(Ordering::Relaxed) => Err(RenderError::Interrupted),
                 TrainingProgress::Round(model) => say(Ok(TrainingEvent::Round(model))),
                 TrainingProgress::Loss(loss) => say(Ok(TrainingEvent::Loss(loss))),
@@ -80,7 +80,7 @@ impl PreparedTrainer {
     }
 }
 
-/// A course that runs; dropped, it ends after the step that it is at.
+/// A trainer that runs; dropped, it ends after the step that it is at.
 pub struct OnlineTraining {
     news: Receiver<Result<TrainingEvent, RenderError>>,
     stop: Arc<AtomicBool>,
@@ -91,7 +91,7 @@ impl OnlineTraining {
     /// What has come since, oldest first; does not wait.
     ///
     /// # Errors
-    /// What ended the course, other than its end.
+    /// What ended the trainer, other than its end.
     pub fn hear(&self) -> Result<Option<TrainingEvent>, RenderError> {
         match self.news.try_recv() {
             Ok(news) => news.map(Some),

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halfway::integrator::{Method, SpcBpt};
+use halfway::integrator::{Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -21,8 +21,8 @@ fn method(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
 }
 
 fn spcbpt(method: Method, samples: u32, model: Option<Arc<Model>>) -> RenderOptions {
-    let Method::SpcBpt(SpcBpt { connections, .. }) = method else { panic!("{method:?} learns nothing") };
-    let settings = Settings { subspaces: Some(24), connections, ..Settings::default() };
+    assert!(method.plan().learns(), "{method:?} learns nothing");
+    let settings = Settings { subspaces: Some(24), ..Settings::default() };
     RenderOptions {
         method,
         model,
@@ -151,11 +151,16 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
     let (scene, _) = cornell();
     let found: Vec<_> = (2000..2016)
         .map(|seed| {
-            let settings = Settings { connections: 2, ..Settings::default() };
+            let settings = Settings::default();
             let training = Training { settings, ..Training::default() };
             let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false });
             // The seed of a renderer is that of its learning; restarted, it renders with the same one.
-            let options = RenderOptions { seed, method, training, ..options(SIZE, 32) };
+            let options = RenderOptions {
+                view: View { seed, ..options(SIZE, 32).view },
+                method,
+                training,
+                ..options(SIZE, 32)
+            };
             renders(scene, &options, [seed]).remove(0)
         })
         .collect();
@@ -172,12 +177,12 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
 #[test]
 fn lessons_end_for_a_reason() {
     let lessons = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
-        let settings = Settings { connections: 2, ..Settings::default() };
+        let settings = Settings::default();
         let training = Training { settings, ..training };
         let budget = Budget { samples, ..Budget::default() };
         let [width, height] = size;
         let small = spcbpt(method(600, 2, false), 1, None);
-        let options = RenderOptions { training, budget, width, height, ..small };
+        let options = RenderOptions { view: View { width, height, ..small.view }, training, budget, ..small };
         let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
         let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use crate::device::DeviceError;
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::integrator::SubmissionLimit;
 use crate::render::{RenderError, RenderOptions, Uploaded};
 use crate::scene::{Camera, Scene};
@@ -63,7 +63,7 @@ pub struct Request {
 #[derive(Clone, Debug)]
 pub struct Save {
     pub name: PathBuf,
-    pub view: View,
+    pub view: ViewTransform,
     pub exposure: f32,
 }
 
@@ -419,7 +419,7 @@ impl Work {
             Ok(Built::Round(trained)) => {
                 if let Some(film) = &mut self.films[slot] {
                     film.learnt_view = view;
-                    film.known = trained.known.clone();
+                    film.known = trained.warm_start.clone();
                     let loss = (!trained.losses.is_empty()).then(|| trained.losses.iter().product::<f64>());
                     if loss.is_none_or(|loss| loss < 1.0 - LEAST_GAIN) {
                         // One that was not used yet was what this one is compared with.
@@ -528,7 +528,7 @@ impl Work {
         let aim = Aim {
             camera: self.wish.camera.clone(),
             view: self.wish.view,
-            size: [self.settings.options.width, self.settings.options.height],
+            size: [self.settings.options.view.width, self.settings.options.view.height],
         };
         let limit = self.wish.samples;
         let Some(film) = &mut self.films[slot] else { return Ok(()) };

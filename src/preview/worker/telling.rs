@@ -45,7 +45,7 @@ impl Work {
         for save in std::mem::take(&mut self.saves) {
             let snapshot = self.latest.lock().map(|latest| latest.clone()).unwrap_or_default();
             let whole =
-                snapshot.picture.width == self.settings.options.width && snapshot.view == self.wish.view;
+                snapshot.picture.width == self.settings.options.view.width && snapshot.view == self.wish.view;
             if !whole || snapshot.figures.samples == 0 {
                 self.tell(Event::Failed(
                     "nothing was saved: the camera moved on before there was a picture".into(),
