@@ -11,9 +11,9 @@ use crate::device::layout::LightFeature;
 use crate::device::{DeviceError, Kernel};
 use crate::film::Region;
 use crate::math::statistics::geometric_mean;
-use crate::render::RenderError;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
+use super::TrainingError;
 use super::records::{Records, light_features, light_sample};
 use super::task::{
     Clock, DEFAULT_ROUNDS, LIGHT_PATHS, LONG_RENDER_ROUNDS, Training, TrainingProgress, TrainingResult,
@@ -45,8 +45,8 @@ const ROUNDS_OF_A_WARM_START: u32 = 2;
 /// As [`super::train`].
 pub(super) fn train(
     lesson: &TrainingTask,
-    go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-) -> Result<TrainingResult, RenderError> {
+    go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+) -> Result<TrainingResult, TrainingError> {
     // Who knew something before wants to know whether this is better.
     Trainer::begin(lesson)?.run(lesson, lesson.known().is_some(), go_on)
 }
@@ -66,7 +66,7 @@ fn enough_nodes(lessons: u32) -> usize {
 ///
 /// # Errors
 /// As [`super::train`].
-pub(super) fn find_paths(lesson: &TrainingTask, model: &Model) -> Result<TrainingSet, RenderError> {
+pub(super) fn find_paths(lesson: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
     let mut course = Trainer::new(lesson)?;
     course.integrator.set_model(&lesson.context, model)?;
     course.find_paths(lesson, 1)?;
@@ -90,7 +90,7 @@ pub(super) struct Trainer {
 }
 
 impl Trainer {
-    fn new(lesson: &TrainingTask) -> Result<Self, RenderError> {
+    fn new(lesson: &TrainingTask) -> Result<Self, TrainingError> {
         let TrainingTask { context, scene, camera, settings, training, .. } = lesson;
         let settings = small(settings);
         let light_paths = settings.region.pixels();
@@ -128,7 +128,7 @@ impl Trainer {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn begin(lesson: &TrainingTask) -> Result<Self, RenderError> {
+    pub fn begin(lesson: &TrainingTask) -> Result<Self, TrainingError> {
         let mut course = Self::new(lesson)?;
         match lesson.known() {
             Some(known) => {
@@ -155,8 +155,8 @@ impl Trainer {
         mut self,
         lesson: &TrainingTask,
         judge_last: bool,
-        mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-    ) -> Result<TrainingResult, RenderError> {
+        mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+    ) -> Result<TrainingResult, TrainingError> {
         let training = &lesson.training;
         let (usual, limit) = training.most_rounds();
         // Who knows something already has no use for what an iteration or two can teach.
@@ -220,9 +220,9 @@ impl Trainer {
     }
 
     /// What the last lesson was worth is said by paths that had no part in it; `None` if it is known.
-    fn judge(&mut self, found: Range<usize>) -> Result<Option<f64>, RenderError> {
+    fn judge(&mut self, found: Range<usize>) -> Result<Option<f64>, TrainingError> {
         let Some(before) = self.before.take() else { return Ok(None) };
-        let loss = 1.0 / subspace::relative_loss(&before, &self.set, found).map_err(DeviceError::from)?;
+        let loss = 1.0 / subspace::relative_loss(&before, &self.set, found)?;
         self.losses.push(loss);
         Ok(Some(loss))
     }
@@ -252,7 +252,7 @@ impl Trainer {
     }
 
     /// Learns how much light there is: connections then choose by power.
-    fn look_for_light(&mut self, lesson: &TrainingTask) -> Result<(), RenderError> {
+    fn look_for_light(&mut self, lesson: &TrainingTask) -> Result<(), TrainingError> {
         let paths = self.integrator.wavefront.settings.region.pixels();
         let batch = training_batch(&self.integrator.wavefront, 0);
         let counts = self.integrator.fill_cache(&lesson.context, &batch, paths)?;
@@ -265,7 +265,7 @@ impl Trainer {
     }
 
     /// One camera path a pixel against a cache of light paths; says which full paths that found.
-    fn find_paths(&mut self, lesson: &TrainingTask, iteration: u32) -> Result<Range<usize>, RenderError> {
+    fn find_paths(&mut self, lesson: &TrainingTask, iteration: u32) -> Result<Range<usize>, TrainingError> {
         let context = &lesson.context;
         let first = self.set.paths().len();
         let batch = training_batch(&self.integrator.wavefront, iteration);
@@ -302,11 +302,11 @@ impl Trainer {
         }
     }
 
-    fn learn(&mut self, lesson: &TrainingTask) -> Result<(), RenderError> {
+    fn learn(&mut self, lesson: &TrainingTask) -> Result<(), TrainingError> {
         let settings = lesson.training.settings.clone();
         let (set, lights, count) = (&self.set, &self.lights, u64::from(self.light_paths));
         let train = || subspace::train(set, lights, count, &lesson.sources, lesson.scene_hash, settings);
-        let model = self.clock.learn(train).map_err(DeviceError::from)?;
+        let model = self.clock.learn(train)?;
         self.before = Some(std::mem::replace(&mut self.model, Arc::new(model)));
         self.integrator.set_model(&lesson.context, &self.model)?;
         Ok(())

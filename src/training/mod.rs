@@ -1,12 +1,14 @@
 //! Finding paths to learn from, with the integrators' kernels, before or while pictures are rendered. What is made of them
 //! is `subspace`'s.
 
+mod error;
 mod guided;
 mod online;
 mod pretrace;
 mod records;
 mod task;
 
+pub use error::TrainingError;
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
 pub use task::{
     LONG_RENDER_ROUNDS, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When,

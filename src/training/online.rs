@@ -6,13 +6,11 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::device::DeviceError;
-use crate::render::RenderError;
 use crate::subspace::Model;
 
-use super::TrainingResult;
 use super::guided::Trainer;
 use super::task::{TrainingProgress, TrainingTask};
+use super::{TrainingError, TrainingResult};
 
 /// What there is to hear.
 pub enum TrainingEvent {
@@ -35,7 +33,7 @@ impl PreparedTrainer {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn new(lesson: TrainingTask) -> Result<Self, RenderError> {
+    pub fn new(lesson: TrainingTask) -> Result<Self, TrainingError> {
         let course = Trainer::begin(&lesson)?;
         Ok(Self { lesson, course })
     }
@@ -54,16 +52,16 @@ impl PreparedTrainer {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(self) -> Result<OnlineTraining, RenderError> {
+    pub fn start(self) -> Result<OnlineTraining, TrainingError> {
         let Self { lesson, course } = self;
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let (tell, news) = mpsc::channel();
         let work = move || {
             // Where nobody listens any more, that is the end.
-            let say = |news| tell.send(news).map_err(|_| RenderError::Interrupted);
+            let say = |news| tell.send(news).map_err(|_| TrainingError::Interrupted);
             let trained = course.run(&lesson, true, |step| match step {
-                _ if stopped.load(Ordering::Relaxed) => Err(RenderError::Interrupted),
+                _ if stopped.load(Ordering::Relaxed) => Err(TrainingError::Interrupted),
                 TrainingProgress::Round(model) => say(Ok(TrainingEvent::Round(model))),
                 TrainingProgress::Loss(loss) => say(Ok(TrainingEvent::Loss(loss))),
                 TrainingProgress::TrainingPaths(_)
@@ -75,14 +73,14 @@ impl PreparedTrainer {
         let thread = thread::Builder::new()
             .name("learning".into())
             .spawn(work)
-            .map_err(|error| DeviceError::Thread { message: error.to_string() })?;
+            .map_err(|cause| TrainingError::Thread { cause })?;
         Ok(OnlineTraining { news, stop, thread: Some(thread) })
     }
 }
 
 /// A course that runs; dropped, it ends after the step that it is at.
 pub struct OnlineTraining {
-    news: Receiver<Result<TrainingEvent, RenderError>>,
+    news: Receiver<Result<TrainingEvent, TrainingError>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -92,14 +90,12 @@ impl OnlineTraining {
     ///
     /// # Errors
     /// What ended the course, other than its end.
-    pub fn hear(&self) -> Result<Option<TrainingEvent>, RenderError> {
+    pub fn hear(&self) -> Result<Option<TrainingEvent>, TrainingError> {
         match self.news.try_recv() {
             Ok(news) => news.map(Some),
             Err(TryRecvError::Empty) => Ok(None),
             // It told its end before; without one it has panicked.
-            Err(TryRecvError::Disconnected) => {
-                Err(DeviceError::Thread { message: "it ended without a word".into() }.into())
-            }
+            Err(TryRecvError::Disconnected) => Err(TrainingError::Panicked),
         }
     }
 }

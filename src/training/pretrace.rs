@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use crate::device::layout::Batch;
 use crate::device::{Context, DeviceError, Kernel};
-use crate::render::RenderError;
 use crate::subspace::{self, LightSample, TrainingSet};
 
+use super::TrainingError;
 use super::records::{Records, light_features, light_sample};
 use super::task::{Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, training_batch};
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
@@ -26,8 +26,8 @@ const PATIENCE: u64 = 200;
 pub(super) fn train(
     lesson: &TrainingTask,
     paths: u32,
-    mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-) -> Result<TrainingResult, RenderError> {
+    mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+) -> Result<TrainingResult, TrainingError> {
     let TrainingTask { context, scene, camera, settings, scene_hash, training, sources, .. } = lesson;
     let method =
         Method::LvcBpt(LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false });
@@ -65,9 +65,7 @@ pub(super) fn train(
     go_on(TrainingProgress::Fitting)?;
     let settings = training.settings.clone();
     let count = u64::from(LIGHT_PATHS);
-    let model = clock
-        .learn(|| subspace::train(&set, &lights, count, sources, *scene_hash, settings))
-        .map_err(DeviceError::from)?;
+    let model = clock.learn(|| subspace::train(&set, &lights, count, sources, *scene_hash, settings))?;
     Ok(clock.trained(Arc::new(model), camera_paths))
 }
 
@@ -141,8 +139,8 @@ impl Pretrace {
 fn light_samples(
     context: &Context,
     light: &mut Bidirectional,
-    mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-) -> Result<Vec<LightSample>, RenderError> {
+    mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+) -> Result<Vec<LightSample>, TrainingError> {
     let mut samples = Vec::new();
     let kernel = light.wavefront.compile(context, "light_samples", &[])?;
     for (pass, first) in (0..LIGHT_PATHS).step_by(PATHS_A_BATCH as usize).enumerate() {

@@ -11,10 +11,10 @@ use crate::device::layout::{
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
 use crate::math::rng::seed_key;
-use crate::render::RenderError;
 use crate::subspace::settings::MOST_FOLLOWED;
 use crate::subspace::{self, LightSample, LightSourceInfo, Model, SourceKind, TrainingSet};
 
+use super::TrainingError;
 use super::{guided, pretrace};
 use crate::integrator::wavefront::Wavefront;
 use crate::integrator::{Choice, Settings};
@@ -197,13 +197,13 @@ impl TrainingTask {
 /// Learns how to connect in a picture, until `interrupted` says so; it is asked several times a second.
 ///
 /// # Errors
-/// A lost device, a scene without light to connect to, [`RenderError::Interrupted`].
+/// A lost device, a scene without light to connect to, [`TrainingError::Interrupted`].
 pub fn train(
     lesson: &TrainingTask,
     mut interrupted: impl FnMut(TrainingProgress) -> bool,
-) -> Result<TrainingResult, RenderError> {
+) -> Result<TrainingResult, TrainingError> {
     let go_on =
-        |step: TrainingProgress| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
+        |step: TrainingProgress| if interrupted(step) { Err(TrainingError::Interrupted) } else { Ok(()) };
     match lesson.training.paths {
         Some(paths) => pretrace::train(lesson, paths, go_on),
         None => guided::train(lesson, go_on),
@@ -214,7 +214,7 @@ pub fn train(
 ///
 /// # Errors
 /// As [`train`].
-pub fn find_training_paths(lesson: &TrainingTask, model: &Model) -> Result<TrainingSet, RenderError> {
+pub fn find_training_paths(lesson: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
     guided::find_paths(lesson, model)
 }
 
