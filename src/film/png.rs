@@ -6,7 +6,7 @@ use std::path::Path;
 use super::tonemap::{ViewTransform, srgb_decode, srgb_encode};
 use super::{Picture, write::write_atomic};
 use crate::film::FilmError;
-use crate::scene::SceneError;
+use crate::picture_file::PictureFileError;
 
 /// Writes what the picture looks like on a screen through `view` at `exposure` stops.
 ///
@@ -53,10 +53,11 @@ fn encode(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, png::EncodingE
 /// # Errors
 /// [`FilmError::Input`] when the file cannot be read or decoded.
 pub fn read(path: &Path) -> Result<Picture, FilmError> {
-    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+    let bytes =
+        std::fs::read(path).map_err(|cause| PictureFileError::Read { path: path.to_owned(), cause })?;
     let decoded = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png)
         .decode()
-        .map_err(|error| SceneError::Picture {
+        .map_err(|error| PictureFileError::Unusable {
             path: path.to_owned(),
             reason: format!("it is damaged or not PNG ({error}); export it again"),
         })?;

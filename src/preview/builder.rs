@@ -5,7 +5,6 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 
-use crate::device::DeviceError;
 use crate::render::{Prepared, RenderError, RenderOptions, Renderer, Uploaded};
 use crate::scene::{Camera, Scene};
 use crate::training::{TrainingProgress, TrainingResult, WarmStart};
@@ -87,7 +86,7 @@ impl Builder {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn scene(settings: &Arc<Settings>, again: bool) -> Result<Self, DeviceError> {
+    pub fn scene(settings: &Arc<Settings>, again: bool) -> Result<Self, RenderError> {
         let settings = settings.clone();
         Self::spawn(Purpose::Scene, 0, 0, move |state| {
             state.say("loading the scene", None);
@@ -111,7 +110,7 @@ impl Builder {
         uploaded: &Uploaded,
         camera: Camera,
         options: RenderOptions,
-    ) -> Result<Self, DeviceError> {
+    ) -> Result<Self, RenderError> {
         let uploaded = uploaded.clone();
         Self::spawn(Purpose::Film, slot, view, move |state| {
             let name = options.method.name();
@@ -139,7 +138,7 @@ impl Builder {
         camera: Camera,
         options: RenderOptions,
         known: Option<WarmStart>,
-    ) -> Result<Self, DeviceError> {
+    ) -> Result<Self, RenderError> {
         let uploaded = uploaded.clone();
         Self::spawn(Purpose::Round, slot, view, move |state| {
             state.say("learning for this view", None);
@@ -153,7 +152,7 @@ impl Builder {
         slot: usize,
         view: u64,
         work: impl FnOnce(&State) -> Result<Built, Failure> + Send + 'static,
-    ) -> Result<Self, DeviceError> {
+    ) -> Result<Self, RenderError> {
         let state = Arc::new(State::default());
         let (tell, result) = mpsc::channel();
         let own = state.clone();
@@ -163,7 +162,7 @@ impl Builder {
                 // Where nobody listens any more, nobody wants it.
                 let _ = tell.send(work(&own));
             })
-            .map_err(|error| DeviceError::Thread { message: error.to_string() })?;
+            .map_err(|cause| RenderError::Thread { purpose: "building", cause })?;
         Ok(Self { purpose, slot, view, state, result, thread: Some(thread) })
     }
 
@@ -183,8 +182,7 @@ impl Builder {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                let message = "it ended without a word".into();
-                Some(Err(Failure::Render(DeviceError::Thread { message }.into())))
+                Some(Err(Failure::Render(RenderError::Panicked { what: "building" })))
             }
         }
     }

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::device::DeviceError;
 use crate::film::{Attribute, Picture, exr, png};
 use crate::integrator::Method;
 use crate::render::{Origin, RenderError, Renderer};
@@ -48,7 +47,7 @@ pub fn save(
     let mut paths = write(&base, &picture, save)?;
     if let Some(model) = &renderer.model {
         let path = with(&base, "model");
-        model.save(&path).map_err(DeviceError::from)?;
+        model.save(&path)?;
         paths.push(path);
     }
     Ok(paths)

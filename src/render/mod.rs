@@ -285,7 +285,7 @@ impl Renderer {
         self.context.wait()?;
         self.integrator.wavefront_mut().collect_times(&self.context)?;
         self.samples += samples;
-        self.hear()?;
+        self.poll_training()?;
         if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
             let taken = self.integrator.wavefront().take_film(&self.context)?;
             self.sums.add(taken.iter().map(pixel_sums));

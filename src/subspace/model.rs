@@ -9,8 +9,8 @@ use super::sources::{SourceLabels, label_of};
 use super::train::TrainingInput;
 use super::training::{Feature, LightEnd};
 use super::tree::Tree;
+use crate::math::MathError;
 use crate::math::alias::{AliasEntry, AliasTable};
-use crate::subspace::SubspaceError;
 
 /// Classification, Gamma and Q of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl Model {
     ///
     /// # Errors
     /// A row that is no distribution; no row of a trained or loaded model is.
-    pub fn tables(&self) -> Result<GammaTables, SubspaceError> {
+    pub fn tables(&self) -> Result<GammaTables, MathError> {
         let k = self.subspaces as usize;
         let rows: Vec<(AliasTable, Vec<f32>)> = self
             .gamma
@@ -85,7 +85,7 @@ impl Model {
                 let pdf = (0..k).map(|column| table.pdf_select(column) as f32).collect();
                 Ok((table, pdf))
             })
-            .collect::<Result<_, SubspaceError>>()?;
+            .collect::<Result<_, MathError>>()?;
         Ok(GammaTables {
             entries: rows.iter().flat_map(|(table, _)| table.entries()).copied().collect(),
             pdf: rows.into_iter().flat_map(|(_, pdf)| pdf).collect(),

@@ -11,9 +11,9 @@ use crate::device::layout::LightFeature;
 use crate::device::{DeviceError, Kernel};
 use crate::film::Region;
 use crate::math::statistics::geometric_mean;
-use crate::render::RenderError;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
+use super::TrainingError;
 use super::options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS};
 use super::records::{Records, light_features, light_sample};
 use super::task::{
@@ -45,8 +45,8 @@ const ROUNDS_OF_A_WARM_START: u32 = 2;
 /// As [`super::train`].
 pub(super) fn train(
     task: &TrainingTask,
-    go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-) -> Result<TrainingResult, RenderError> {
+    go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+) -> Result<TrainingResult, TrainingError> {
     // Who knew something before wants to know whether this is better.
     Trainer::begin(task)?.run(task, task.warm_start.is_some(), go_on)
 }
@@ -66,7 +66,7 @@ fn enough_nodes(rounds: u32) -> usize {
 ///
 /// # Errors
 /// As [`super::train`].
-pub(super) fn find_paths(task: &TrainingTask, model: &Model) -> Result<TrainingSet, RenderError> {
+pub(super) fn find_paths(task: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
     let mut trainer = Trainer::new(task)?;
     trainer.integrator.set_model(&task.context, model)?;
     trainer.find_paths(task, 1)?;
@@ -90,7 +90,7 @@ pub(super) struct Trainer {
 }
 
 impl Trainer {
-    fn new(task: &TrainingTask) -> Result<Self, RenderError> {
+    fn new(task: &TrainingTask) -> Result<Self, TrainingError> {
         let TrainingTask { context, scene, camera, settings, training, .. } = task;
         let settings = small(settings);
         let light_paths = settings.view.region().pixels();
@@ -129,7 +129,7 @@ impl Trainer {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn begin(task: &TrainingTask) -> Result<Self, RenderError> {
+    pub fn begin(task: &TrainingTask) -> Result<Self, TrainingError> {
         let mut trainer = Self::new(task)?;
         match &task.warm_start {
             Some(warm_start) => {
@@ -156,8 +156,8 @@ impl Trainer {
         mut self,
         task: &TrainingTask,
         judge_last: bool,
-        mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-    ) -> Result<TrainingResult, RenderError> {
+        mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+    ) -> Result<TrainingResult, TrainingError> {
         let training = &task.training;
         let (usual, limit) = training.most_rounds();
         // Who knows something already has no use for what an iteration or two can teach.
@@ -221,9 +221,9 @@ impl Trainer {
     }
 
     /// What the last round was worth is said by paths that had no part in it; `None` if it is known.
-    fn judge(&mut self, found: Range<usize>) -> Result<Option<f64>, RenderError> {
+    fn judge(&mut self, found: Range<usize>) -> Result<Option<f64>, TrainingError> {
         let Some(before) = self.before.take() else { return Ok(None) };
-        let loss = 1.0 / subspace::relative_loss(&before, &self.set, found).map_err(DeviceError::from)?;
+        let loss = 1.0 / subspace::relative_loss(&before, &self.set, found)?;
         self.losses.push(loss);
         Ok(Some(loss))
     }
@@ -253,7 +253,7 @@ impl Trainer {
     }
 
     /// Learns how much light there is: connections then choose by power.
-    fn look_for_light(&mut self, task: &TrainingTask) -> Result<(), RenderError> {
+    fn look_for_light(&mut self, task: &TrainingTask) -> Result<(), TrainingError> {
         let paths = self.integrator.wavefront.settings.view.region().pixels();
         let batch = training_batch(&self.integrator.wavefront, 0);
         let counts = self.integrator.fill_cache(&task.context, &batch, paths)?;
@@ -266,7 +266,7 @@ impl Trainer {
     }
 
     /// One camera path a pixel against a cache of light paths; says which full paths that found.
-    fn find_paths(&mut self, task: &TrainingTask, iteration: u32) -> Result<Range<usize>, RenderError> {
+    fn find_paths(&mut self, task: &TrainingTask, iteration: u32) -> Result<Range<usize>, TrainingError> {
         let context = &task.context;
         let first = self.set.paths().len();
         let batch = training_batch(&self.integrator.wavefront, iteration);
@@ -303,7 +303,7 @@ impl Trainer {
         }
     }
 
-    fn learn(&mut self, task: &TrainingTask) -> Result<(), RenderError> {
+    fn learn(&mut self, task: &TrainingTask) -> Result<(), TrainingError> {
         let input = task.input(&self.set, &self.lights, self.light_paths);
         let model = self.clock.learn(|| task.fit(&input))?;
         self.before = Some(std::mem::replace(&mut self.model, model));

@@ -1,6 +1,7 @@
 //! Finding paths to learn from, with the integrators' kernels, before or while pictures are rendered. What is made of them
 //! is `subspace`'s.
 
+mod error;
 mod guided;
 mod online;
 mod options;
@@ -8,6 +9,7 @@ mod pretrace;
 mod records;
 mod task;
 
+pub use error::TrainingError;
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
 pub use options::{LONG_RENDER_ROUNDS, Training, When};
 pub use task::{TrainingProgress, TrainingResult, TrainingTask, WarmStart, find_training_paths, train};

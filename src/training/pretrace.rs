@@ -2,9 +2,9 @@
 
 use crate::device::layout::Batch;
 use crate::device::{Context, DeviceError, Kernel};
-use crate::render::RenderError;
 use crate::subspace::{LightSample, TrainingSet};
 
+use super::TrainingError;
 use super::records::{Records, light_features, light_sample};
 use super::task::{Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, training_batch};
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
@@ -24,8 +24,8 @@ const PATIENCE: u64 = 200;
 pub(super) fn train(
     task: &TrainingTask,
     paths: u32,
-    mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-) -> Result<TrainingResult, RenderError> {
+    mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+) -> Result<TrainingResult, TrainingError> {
     let TrainingTask { context, scene, camera, settings, .. } = task;
     let method =
         Method::LvcBpt(LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false });
@@ -136,8 +136,8 @@ impl Pretrace {
 fn light_samples(
     context: &Context,
     light: &mut Bidirectional,
-    mut go_on: impl FnMut(TrainingProgress) -> Result<(), RenderError>,
-) -> Result<Vec<LightSample>, RenderError> {
+    mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
+) -> Result<Vec<LightSample>, TrainingError> {
     let mut samples = Vec::new();
     let kernel = light.wavefront.compile(context, "light_samples", &[])?;
     for (pass, first) in (0..LIGHT_PATHS).step_by(PATHS_A_BATCH as usize).enumerate() {

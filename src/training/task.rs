@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::TrainingError;
 use super::{Training, guided, pretrace};
 use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
-use crate::device::{Context, DeviceError};
+use crate::device::Context;
 use crate::integrator::{Choice, Settings, Wavefront};
 use crate::math::rng::seed_key;
-use crate::render::RenderError;
 use crate::subspace::settings::MOST_FOLLOWED;
 use crate::subspace::{self, LightSample, Model, TrainingInput, TrainingSet};
 
@@ -125,7 +125,7 @@ impl TrainingTask {
     ///
     /// # Errors
     /// Settings out of range, no light.
-    pub(super) fn fit(&self, input: &TrainingInput) -> Result<Arc<Model>, DeviceError> {
+    pub(super) fn fit(&self, input: &TrainingInput) -> Result<Arc<Model>, TrainingError> {
         Ok(Arc::new(subspace::train(input, self.training.settings.clone())?))
     }
 }
@@ -133,13 +133,13 @@ impl TrainingTask {
 /// Learns how to connect in a picture, until `interrupted` says so; it is asked several times per second.
 ///
 /// # Errors
-/// A lost device, a scene without light to connect to, [`RenderError::Interrupted`].
+/// A lost device, a scene without light to connect to, [`TrainingError::Interrupted`].
 pub fn train(
     task: &TrainingTask,
     mut interrupted: impl FnMut(TrainingProgress) -> bool,
-) -> Result<TrainingResult, RenderError> {
+) -> Result<TrainingResult, TrainingError> {
     let go_on =
-        |step: TrainingProgress| if interrupted(step) { Err(RenderError::Interrupted) } else { Ok(()) };
+        |step: TrainingProgress| if interrupted(step) { Err(TrainingError::Interrupted) } else { Ok(()) };
     match task.training.paths {
         Some(paths) => pretrace::train(task, paths, go_on),
         None => guided::train(task, go_on),
@@ -150,7 +150,7 @@ pub fn train(
 ///
 /// # Errors
 /// As [`train`].
-pub fn find_training_paths(task: &TrainingTask, model: &Model) -> Result<TrainingSet, RenderError> {
+pub fn find_training_paths(task: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
     guided::find_paths(task, model)
 }
 

@@ -113,7 +113,7 @@ impl Worker {
         settings: Arc<Settings>,
         wish: Request,
         notify: impl Fn() + Send + 'static,
-    ) -> Result<Self, DeviceError> {
+    ) -> Result<Self, RenderError> {
         let (orders, received) = mpsc::channel();
         let (tell, events) = mpsc::channel();
         let latest = Arc::new(Mutex::new(Arc::new(Snapshot::default())));
@@ -154,7 +154,7 @@ impl Worker {
                     let _ = tell.send(Event::Lost(message.into()));
                 }
             })
-            .map_err(|error| DeviceError::Thread { message: error.to_string() })?;
+            .map_err(|cause| RenderError::Thread { purpose: "the window's worker", cause })?;
         Ok(Self { orders, events, latest, abandon, abandonable, thread: Some(thread) })
     }
 
