@@ -41,7 +41,7 @@ pub struct GammaTables {
 }
 
 impl Model {
-    /// One subspace a side, and a Q that says nothing: any light vertex is as good as its power.
+    /// One subspace per side and a Q of one: light vertices are chosen by power alone.
     pub fn untrained(lights: usize, scene_hash: u64, settings: Settings) -> Self {
         Self {
             scene_hash,

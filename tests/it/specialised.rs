@@ -75,7 +75,7 @@ fn s01_general_kernels_make_the_same_picture() {
         if share <= 1e-3 {
             assert!(mean.abs() <= 1e-5, "{name}: means differ by {mean:e}");
         } else {
-            // Rounding sent some paths another way; then only statistics can tell, with samples of their own.
+            // Rounding sent some paths another way; then only statistics can decide, with samples of their own.
             let again = RenderOptions { seed: 1, features: Some(everything()), ..options(SIZE, 256) };
             let special = render(&scene, options(SIZE, 256)).picture;
             assert_same_light(name, &render(&scene, again).picture, &special);

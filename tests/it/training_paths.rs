@@ -40,10 +40,10 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let learning =
         subspace::Settings { subspaces: Some(12), connections: CONNECTIONS, ..subspace::Settings::default() };
     let training = Training { settings: learning, ..Training::default() };
-    let lesson = TrainingTask::new(context, &device, &camera, settings, 0, &training).expect("lights");
-    let trained = train(&lesson, |_| false).expect("light to learn from");
+    let task = TrainingTask::new(context, &device, &camera, settings, 0, &training).expect("lights");
+    let trained = train(&task, |_| false).expect("light to learn from");
     let model = &trained.model;
-    let set = find_training_paths(&lesson, model).expect("more paths");
+    let set = find_training_paths(&task, model).expect("more paths");
     let mut worst = 0.0f64;
     let mut lengths = [0; 12];
     for index in 0..set.paths().len() {
