@@ -1,4 +1,4 @@
-//! PNG: display pictures of 8 bits a channel out, 8 or 16 bits in.
+//! PNG: display pictures of 8 bits per channel out, 8 or 16 bits in.
 
 use std::io::Cursor;
 use std::path::Path;

@@ -56,7 +56,7 @@ impl Model {
     /// Reads a model of any scene.
     ///
     /// # Errors
-    /// A file that cannot be read, is none of ours, of another version, cut off or damaged.
+    /// A file that cannot be read, is no model, is of another version, cut off or damaged.
     pub fn read(path: &Path) -> Result<Self, SubspaceError> {
         let at = || path.to_owned();
         let bytes = std::fs::read(path).map_err(|source| SubspaceError::Read { path: at(), source })?;

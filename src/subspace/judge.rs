@@ -1,4 +1,4 @@
-//! What a model is worth, told by paths that another one found.
+//! What a model is worth, measured using paths that another one found.
 
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ pub fn relative_loss(model: &Model, set: &TrainingSet, found: Range<usize>) -> R
     let losses = found.into_par_iter().map(|path| {
         let squared = weighed.paths[path].squared;
         let density = model.path_density(set, path);
-        // Without a strategy that makes it the loss would be infinite, and tell nothing of the others.
+        // Without a strategy that makes it the loss would be infinite, and hide the others.
         if squared > 0.0 && density > 0.0 { [squared / density, squared] } else { [0.0; 2] }
     });
     // In order: the sum does not depend on the number of threads.

@@ -1,5 +1,5 @@
-//! What SPCBPT learns before it renders: eye and light sub-paths are classified into subspaces, and Gamma says which
-//! light subspaces an eye subspace connects to.
+//! What SPCBPT learns before it renders: eye and light sub-paths are classified into subspaces, and Gamma holds
+//! the probability with which an eye subspace connects to each light subspace.
 //!
 //! Su, Li, Wang, SPCBPT: Subspace-based Probabilistic Connections for Bidirectional Path Tracing, ACM TOG 41(4), 2022.
 //!

@@ -10,7 +10,7 @@ use crate::subspace::SubspaceError;
 
 /// Brightness that is added to every tile's, relative to the picture's mean: dark tiles do not count without bound.
 const TILE_FLOOR: f64 = 1e-3;
-/// Largest W relative to the mean of all (`prototype.md`, 3d).
+/// Largest W relative to the mean of all: outliers beyond it would decide the loss alone.
 const LARGEST_SQUARED: f64 = 1000.0;
 /// Largest weight as a sample, relative to the mean of all.
 const LARGEST_WEIGHT: f64 = 10.0;
@@ -37,7 +37,7 @@ pub struct Weighed {
     pub clamped: u64,
 }
 
-/// Weighs the paths. Brightness and outlier bounds are of all paths: they say what is to be minimised. Everything that
+/// Weighs the paths. Brightness and outlier bounds are of all paths: they define what is minimised. Everything that
 /// is learnt from paths (centroids, trees, the contribution matrix, Gamma) comes from those not held out.
 ///
 /// # Errors

@@ -17,7 +17,7 @@ use crate::device::scene::LightSourceInfo;
 use crate::subspace::SubspaceError;
 
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
-/// power, which says little of the light that they give.
+/// power, which is a poor guide to the light that arrives from them.
 const LEAST_SOURCE_SUBSPACES: u32 = 16;
 /// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
 /// many.
@@ -39,7 +39,7 @@ pub struct TrainingInput<'a> {
 }
 
 /// Learns the classification, Gamma and Q. The result depends on nothing but the arguments: not on the number of
-/// threads, and not on the units of light. An empty training set gives one subspace a side that knows about power only.
+/// threads, and not on the units of light. An empty training set gives one subspace per side, where power alone counts.
 ///
 /// # Errors
 /// Settings out of range, names of lights and tiles that do not exist, light samples that carry no light.
@@ -56,7 +56,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
 
     let subspaces = settings.subspaces_for(taught.len());
     let budget = (settings.source_share * f64::from(subspaces)).round() as u32;
-    // One subspace holds everything; a few tell lamp from sky from sun.
+    // One subspace holds everything; a few separate lamp, sky and sun.
     let budget = budget.max(LEAST_SOURCE_SUBSPACES.min(subspaces / 2)).clamp(1, (subspaces - 1).max(1));
     let (sources, source_count) = label_sources(lights, budget, subspaces);
     let surfaces = (subspaces - source_count).max(1);
@@ -207,8 +207,8 @@ fn classify(
     (centroids, tree)
 }
 
-/// Which of the subspaces are alike. Points on lights have no centroid: what light goes from one of them says little of
-/// another, so they are smoothed over the rows alone.
+/// Which of the subspaces are alike. Points on lights have no centroid: the light from one of them is a poor guide
+/// to that of another, so they are smoothed over the rows alone.
 fn neighbours(eye: &Centroids, light: &Centroids, active: &[bool]) -> Neighbours {
     let alone = |from: usize| (from..active.len()).map(|index| vec![index as u32]);
     let mut rows = eye.neighbours(NEIGHBOURS);

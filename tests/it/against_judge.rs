@@ -43,7 +43,7 @@ fn tiles(pixels: impl Iterator<Item = (f64, f64)>, [width, height]: [u32; 2]) ->
     tiles
 }
 
-/// `samples`: a pixel, of the renderer and of the judge.
+/// `samples`: per pixel, of the renderer and of the judge.
 #[track_caller]
 fn assert_agree(scene: &Scene, resolution: [u32; 2], samples: [u32; 2]) {
     let [width, height] = resolution;

@@ -33,7 +33,7 @@ fn furnace(rho: f32, depth: Option<u32>) -> f64 {
     (1.0 - left) / (1.0 - rho)
 }
 
-/// One line of the furnace tests: albedo, longest path, samples a pixel, largest standard error.
+/// One line of the furnace tests: albedo, longest path, samples per pixel, largest standard error.
 type Furnace = (f32, Option<u32>, u32, f64);
 
 /// Without a limit roulette alone ends paths; limits find a roulette or a count of surfaces that is off by one.

@@ -10,7 +10,7 @@ use halfway::scene::{LightKind, Material, Mesh, PunctualLight, Scene};
 use crate::gpu;
 use crate::random::Stream;
 
-/// A wall with a lamp before it, and far behind it a second wall that nobody sees.
+/// A wall with a lamp before it, and far behind it a second wall that is not seen.
 fn good_scene() -> Scene {
     let wall = quad(DVec3::new(-1.0, -1.0, 0.0), 2.0 * DVec3::X, 2.0 * DVec3::Y);
     let hidden = quad(DVec3::new(-1.0, -1.0, -1.0), 2.0 * DVec3::X, 2.0 * DVec3::Y);

@@ -201,7 +201,7 @@ fn c23_rearranged_scenes_have_the_same_light() {
     let corner = DVec3::new(-0.44, 0.6, -0.44);
     let quad = shapes::quad(corner, DVec3::X * 0.2, DVec3::Z * 0.2);
     sealed.meshes.push(Mesh { name: "sealed".into(), material, ..quad });
-    again("a lamp that nobody sees", &sealed);
+    again("a lamp that is not seen", &sealed);
 
     again("axes in another order", &axes_permuted(cornell()));
 }

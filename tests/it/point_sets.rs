@@ -1,4 +1,4 @@
-//! Samples that lie well apart: where their points are, and that nobody claims more than they give.
+//! Samples that lie well apart: where their points are, and that their variance is not understated.
 
 use glam::{DVec3, Vec3};
 use halfway::device::layout::SAMPLES_A_GROUP;
@@ -73,7 +73,7 @@ fn claimed_over_true(method: Method, samples: u32) -> f64 {
 /// light paths neither are their errors; the estimated variance must be right all the same. Of samples taken for
 /// independent it would be a fifth too large for the path tracer.
 #[test]
-fn variance_is_honest() {
+fn variance_is_calibrated() {
     let lvc = Method::LvcBpt(LvcBpt { light_paths: Some(64), connections: 2, light_tracing: false });
     for (method, samples) in [(Method::Path, 32), (lvc, 32)] {
         let ratio = claimed_over_true(method, samples);

@@ -173,10 +173,11 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
     assert!(p > FAMILY_ALPHA, "{ratio} +- {error}, p = {p:e}");
 }
 
-/// Learning ends where the next lesson would cost more than the last one gave, or as told; and says so.
+/// Learning ends where the next round would cost more than the last one gave, or after as many as asked for; it
+/// reports which.
 #[test]
-fn lessons_end_for_a_reason() {
-    let lessons = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
+fn rounds_end_for_a_reason() {
+    let rounds = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
         let settings = Settings::default();
         let training = Training { settings, ..training };
         let budget = Budget { samples, ..Budget::default() };
@@ -189,23 +190,23 @@ fn lessons_end_for_a_reason() {
         (choice, report.round_losses)
     };
     let (scene, _) = cornell();
-    let told = Training::default().with_rounds(3);
-    let (choice, losses) = lessons(scene, SIZE, told, Some(64));
+    let three = Training::default().with_rounds(3);
+    let (choice, losses) = rounds(scene, SIZE, three, Some(64));
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // Nobody knows what the last was worth. The others helped.
     assert_eq!(losses.len(), 2);
     assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
-    // Two samples a pixel are not worth more than one lesson.
-    let (choice, losses) = lessons(scene, SIZE, Training::default(), Some(2));
+    // Two samples per pixel are not worth more than one round.
+    let (choice, losses) = rounds(scene, SIZE, Training::default(), Some(2));
     assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
     assert!(choice.reason.contains("% of the render"), "{choice:?}");
-    let (long, _) = lessons(scene, SIZE, Training::default(), Some(100_000));
+    let (long, _) = rounds(scene, SIZE, Training::default(), Some(100_000));
     assert!(long.value.parse::<u32>().expect("a number") > 1, "{long:?}");
-    // Where nobody knows how long the render is, five are enough; in a long one more pay, as far as they have been tried.
+    // Where the length of the render is unknown, five are enough; in a long one more pay, as far as they have been tried.
     let door = builtin("door").expect("a built-in scene");
     let first = Training { when: Some(When::First), ..Training::default() };
     for (samples, most) in [(None, "5"), (Some(1_000_000), "7")] {
-        let (choice, losses) = lessons(&door, [24, 24], first.clone(), samples);
+        let (choice, losses) = rounds(&door, [24, 24], first.clone(), samples);
         assert_eq!(
             (choice.value.as_str(), choice.reason.as_str()),
             (most, "as many as wanted"),

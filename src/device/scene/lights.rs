@@ -15,7 +15,7 @@ use crate::math::scale::scale_by_power_of_two;
 use crate::scene::environment::EqualAreaMap;
 use crate::scene::{LightKind, Scene, SceneFeatures, TextureRef};
 
-/// Share of the picks that go evenly to all lights: the power of a light says little about what reaches a point.
+/// Share of the picks that go evenly to all lights: the power of a light is a poor guide to what reaches a point.
 const DEFENSIVE_SHARE: f64 = 0.1;
 
 /// What a light is, in unit space.
