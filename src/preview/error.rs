@@ -1,11 +1,11 @@
-//! preview
+//! What goes wrong in the preview window.
 
 use thiserror::Error;
 
 use crate::device::DeviceError;
 use crate::render::RenderError;
 
-/// The preview window.
+/// See the module.
 #[derive(Debug, Error)]
 pub enum PreviewError {
     #[error(

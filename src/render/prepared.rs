@@ -165,7 +165,7 @@ impl Prepared {
     }
 
     /// Learns with what is known of the scene, however it was seen.
-    pub fn after(self, warm_start: Option<WarmStart>) -> Self {
+    pub fn starting_from(self, warm_start: Option<WarmStart>) -> Self {
         Self { warm_start, ..self }
     }
 

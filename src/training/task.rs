@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::TrainingError;
 use super::{Training, guided, pretrace};
+use crate::device::Context;
 use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
-use crate::device::Context;
 use crate::integrator::{Choice, Settings, Wavefront};
 use crate::math::rng::seed_key;
 use crate::subspace::settings::MOST_FOLLOWED;
