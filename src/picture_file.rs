@@ -11,6 +11,8 @@ use exr::prelude::{Layer as ExrPart, MetaData, ReadChannels, ReadLayers, Vec2, r
 
 use thiserror::Error;
 
+use crate::fault::Fault;
+
 /// Reading a picture.
 #[derive(Debug, Error)]
 pub enum PictureFileError {
@@ -19,6 +21,15 @@ pub enum PictureFileError {
     /// A file that was read but makes no picture, or not one for its purpose; `reason` ends in what to do.
     #[error("cannot use the picture {path}: {reason}")]
     Unusable { path: PathBuf, reason: String },
+}
+
+impl PictureFileError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::Read { .. } | Self::Unusable { .. } => Fault::Input,
+        }
+    }
 }
 
 /// The most samples (pixels times channels) that a file may ask for: 4 GiB of `f32`.

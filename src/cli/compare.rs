@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::Exit;
+use super::{CliError, Exit};
 use crate::film::metric::{self, Comparison, NoiseSource};
 use crate::film::tonemap::ViewTransform;
 use crate::film::{FilmError, Picture, heatmap, png};
@@ -127,7 +127,7 @@ struct Excess {
 /// # Errors
 /// Bad input: a file that cannot be read, different sizes, a black or negative reference, a limit on a metric that the
 /// pictures do not allow; or a heat map that cannot be written.
-pub fn run(args: &CompareArgs) -> Result<Exit, FilmError> {
+pub fn run(args: &CompareArgs) -> Result<Exit, CliError> {
     let picture = Picture::read(&args.picture)?;
     let reference = Picture::read(&args.reference)?;
     let is_png =
@@ -169,15 +169,14 @@ pub fn run(args: &CompareArgs) -> Result<Exit, FilmError> {
     Ok(if beyond.is_empty() { Exit::Done } else { Exit::Failed })
 }
 
-fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), FilmError> {
+fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), CliError> {
     #[derive(Serialize)]
     struct Report<'a> {
         #[serde(flatten)]
         comparison: &'a Comparison,
         beyond: &'a [Excess],
     }
-    let json = serde_json::to_string_pretty(&Report { comparison, beyond })
-        .map_err(|error| FilmError::Report { message: error.to_string() })?;
+    let json = serde_json::to_string_pretty(&Report { comparison, beyond })?;
     println!("{json}");
     Ok(())
 }

@@ -12,7 +12,7 @@ use super::args::{
     read_reference,
 };
 use super::render::{load_model, say_what_is_missing};
-use super::{Exit, progress};
+use super::{CliError, Exit, progress};
 use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
@@ -50,7 +50,7 @@ pub struct PreviewArgs {
 }
 
 /// With a camera where it has none, as for every render: whoever learns of the scene learns of that one, too.
-fn load(source: &SceneArgs, camera: &CameraArgs) -> anyhow::Result<Arc<Scene>> {
+fn load(source: &SceneArgs, camera: &CameraArgs) -> Result<Arc<Scene>, CliError> {
     let mut scene = source.load()?;
     camera.choose(&mut scene)?;
     Ok(Arc::new(scene))
@@ -60,7 +60,7 @@ fn load(source: &SceneArgs, camera: &CameraArgs) -> anyhow::Result<Arc<Scene>> {
 ///
 /// # Errors
 /// Bad input, no desktop, no device.
-pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     // Before anything that takes long.
     let display = Display::open()?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, ""));
@@ -96,7 +96,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
         context,
         scene,
         camera: args.camera.clone(),
-        loader: Box::new(move || load(&source, &camera).map_err(|error| format!("{error:#}"))),
+        loader: Box::new(move || load(&source, &camera).map_err(|error| error.to_string())),
         files: args.scene.files(),
         options,
         methods,

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::args::method::MethodArgs;
@@ -17,7 +16,7 @@ use super::debug::Debug;
 use super::progress::{self, Meter};
 use super::trace::TraceArgs;
 use super::train::held_out_gain;
-use super::{Exit, strategies};
+use super::{CliError, Exit, strategies};
 use crate::bench::trade::Point;
 use crate::device::Context;
 use crate::film::{Picture, Region, exr, png, tev};
@@ -88,7 +87,7 @@ pub struct RenderArgs {
 ///
 /// # Errors
 /// Bad input, no device, or a picture that cannot be written.
-pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let outputs = match args.output.is_empty() {
         true => vec![default_output(&args.scene.scene, "exr")],
         false => args.output.clone(),
@@ -241,7 +240,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     })
 }
 
-pub fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Result<Arc<Model>> {
+pub fn load_model(path: &Path, scene_hash: u64, method: Method) -> Result<Arc<Model>, CliError> {
     let plan = method.plan();
     if !plan.learns() {
         return Err(InputError::Usage(
@@ -354,24 +353,22 @@ struct Record<'a> {
 }
 
 impl Record<'_> {
-    fn write(&self, outputs: &[PathBuf], mut picture: Picture, report: &Report) -> anyhow::Result<()> {
+    fn write(&self, outputs: &[PathBuf], mut picture: Picture, report: &Report) -> Result<(), CliError> {
         picture.metadata = report.metadata(&self.origin);
         for output in outputs {
             if output.extension().is_some_and(|extension| extension == "png") {
                 png::write(output, &picture, self.args.view.view, self.args.view.exposure)
             } else {
                 exr::write(output, &picture)
-            }
-            .with_context(|| format!("the picture was not saved to {}", output.display()))?;
+            }?;
         }
         Ok(())
     }
 }
 
-fn write_stats(path: &Path, report: &Report, context: &Context, load_seconds: f64) -> anyhow::Result<()> {
+fn write_stats(path: &Path, report: &Report, context: &Context, load_seconds: f64) -> Result<(), CliError> {
     let mut value = serde_json::to_value(report)?;
     value["device"] = context.describe().into();
     value["load_seconds"] = load_seconds.into();
-    std::fs::write(path, serde_json::to_string_pretty(&value)?)
-        .with_context(|| format!("cannot write the report to {}", path.display()))
+    std::fs::write(path, serde_json::to_string_pretty(&value)?).map_err(CliError::write("the report", path))
 }

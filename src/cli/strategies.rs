@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use anyhow::Context as _;
-
 use super::args::InputError;
+use crate::cli::CliError;
 use crate::film::contact_sheet::{self, Frame};
 use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, exr};
@@ -50,9 +49,8 @@ pub fn write(
     directory: &Path,
     view: ViewTransform,
     mut interrupted: impl FnMut() -> bool,
-) -> anyhow::Result<()> {
-    std::fs::create_dir_all(directory)
-        .with_context(|| format!("cannot make the folder {}", directory.display()))?;
+) -> Result<(), CliError> {
+    std::fs::create_dir_all(directory).map_err(CliError::folder(directory))?;
     for (name, weighted) in [("weighted", true), ("unweighted", false)] {
         let mut pictures: Vec<([u32; 2], Picture)> = Vec::new();
         for &[s, t] in strategies {

@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::args::method::LearnArgs;
 use super::args::picture::PictureArgs;
 use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
-use super::{Exit, progress};
+use super::{CliError, Exit, progress};
 use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt, View};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
@@ -47,7 +46,7 @@ pub struct TrainArgs {
 ///
 /// # Errors
 /// Bad input, a scene without light, no device, or a file that cannot be written.
-pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
     check_output(&output)?;
     let training = args.learn.training(Training::default())?;
@@ -74,7 +73,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
         value["device"] = context.describe().into();
         value["load_seconds"] = load_seconds.into();
         std::fs::write(path, serde_json::to_string_pretty(&value)?)
-            .with_context(|| format!("cannot write the report to {}", path.display()))?;
+            .map_err(CliError::write("the report", path))?;
     }
     if !quiet {
         summary(&trained);

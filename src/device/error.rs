@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::fault::Fault;
 use crate::math::MathError;
 use crate::scene::SceneError;
 
@@ -48,9 +49,29 @@ pub enum DeviceError {
     Math(#[from] MathError),
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// By those who asked for it; no user sees it.
+    /// The caller asked for it; users do not see it.
     #[error("what was being rendered was abandoned")]
     Abandoned,
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
+}
+
+impl DeviceError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoAdapter | Self::NotFound { .. } | Self::Open { .. } | Self::CutsLoops { .. } => {
+                Fault::Device
+            }
+            Self::UnknownShader { .. }
+            | Self::Shader { .. }
+            | Self::Pipeline { .. }
+            | Self::MissingBuffer { .. } => Fault::Defect,
+            Self::BufferTooLarge { .. } | Self::OutOfMemory { .. } | Self::Lost { .. } => Fault::Machine,
+            Self::TreeTooDeep { .. } => Fault::Input,
+            Self::Math(error) => error.fault(),
+            Self::Scene(error) => error.fault(),
+            Self::Abandoned => Fault::Interrupted,
+        }
+    }
 }

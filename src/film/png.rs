@@ -32,7 +32,7 @@ pub fn pixel(radiance: [f32; 3], view: ViewTransform, exposure: f32) -> [u8; 3] 
 /// [`FilmError::Write`] when the file cannot be written.
 pub fn write_bytes(path: &Path, width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<(), FilmError> {
     let bytes = encode(width, height, pixels.as_flattened())
-        .map_err(|error| FilmError::Write { path: path.to_owned(), source: error.into() })?;
+        .map_err(|error| FilmError::Write { path: path.to_owned(), cause: error.into() })?;
     write_atomic(path, &bytes)
 }
 

@@ -45,7 +45,7 @@ impl Viewer {
             }
             Err(last)
         };
-        let stream = connect().map_err(|source| FilmError::Viewer { address: address.to_owned(), source })?;
+        let stream = connect().map_err(|cause| FilmError::Viewer { address: address.to_owned(), cause })?;
         Ok(Self { client: TevClient::wrap(stream), address: address.to_owned(), shown: None })
     }
 
@@ -54,8 +54,7 @@ impl Viewer {
     /// # Errors
     /// [`FilmError::Viewer`] when the connection breaks.
     pub fn show(&mut self, title: &str, picture: &Picture) -> Result<(), FilmError> {
-        self.send(title, picture)
-            .map_err(|source| FilmError::Viewer { address: self.address.clone(), source })
+        self.send(title, picture).map_err(|cause| FilmError::Viewer { address: self.address.clone(), cause })
     }
 
     fn send(&mut self, title: &str, picture: &Picture) -> io::Result<()> {

@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
+use crate::cli::args::InputError;
 use crate::device::DeviceError;
+use crate::fault::Fault;
 use crate::render::RenderError;
 
 /// See the module.
@@ -22,9 +24,23 @@ pub enum PreviewError {
     #[error("the device was lost ({message}); what was seen last is saved, with the samples that it had")]
     Lost { message: String },
     #[error(transparent)]
-    Input(#[from] crate::cli::args::InputError),
+    Input(#[from] InputError),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error(transparent)]
     Device(#[from] DeviceError),
+}
+
+impl PreviewError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoDisplay { .. } | Self::Window { .. } | Self::NeverOpened | Self::Lost { .. } => {
+                Fault::Machine
+            }
+            Self::Input(error) => error.fault(),
+            Self::Render(error) => error.fault(),
+            Self::Device(error) => error.fault(),
+        }
+    }
 }

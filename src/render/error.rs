@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::accel::AccelError;
 use crate::device::DeviceError;
+use crate::fault::Fault;
 use crate::film::FilmError;
 use crate::subspace::SubspaceError;
 use crate::training::TrainingError;
@@ -39,6 +40,22 @@ pub enum RenderError {
     Device(#[from] DeviceError),
     #[error(transparent)]
     Subspace(#[from] SubspaceError),
+}
+
+impl RenderError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoCamera { .. } | Self::BadRegion { .. } | Self::TooManyPixels { .. } => Fault::Input,
+            Self::Interrupted => Fault::Interrupted,
+            Self::Thread { .. } => Fault::Machine,
+            Self::Panicked { .. } => Fault::Defect,
+            Self::Film(error) => error.fault(),
+            Self::Accel(error) => error.fault(),
+            Self::Device(error) => error.fault(),
+            Self::Subspace(error) => error.fault(),
+        }
+    }
 }
 
 /// A device that is lost is that, whether it is lost while learning or while rendering: callers match on one variant.

@@ -59,7 +59,7 @@ impl Model {
     /// A file that cannot be read, is no model, is of another version, cut off or damaged.
     pub fn read(path: &Path) -> Result<Self, SubspaceError> {
         let at = || path.to_owned();
-        let bytes = std::fs::read(path).map_err(|source| SubspaceError::Read { path: at(), source })?;
+        let bytes = std::fs::read(path).map_err(|cause| SubspaceError::Read { path: at(), cause })?;
         let mut header = Reader(&bytes);
         if header.take(8) != Some(MAGIC) {
             return Err(SubspaceError::NotAModel { path: at() });

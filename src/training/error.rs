@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::device::DeviceError;
+use crate::fault::Fault;
 use crate::subspace::SubspaceError;
 
 /// Finding paths and learning from them.
@@ -25,4 +26,17 @@ pub enum TrainingError {
         "learning broke down, stderr says where; this is a defect of Halfway, please report it, and learn first (--learn first)"
     )]
     Panicked,
+}
+
+impl TrainingError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::Device(error) => error.fault(),
+            Self::Subspace(error) => error.fault(),
+            Self::Interrupted => Fault::Interrupted,
+            Self::Thread { .. } => Fault::Machine,
+            Self::Panicked => Fault::Defect,
+        }
+    }
 }

@@ -111,6 +111,24 @@ fn r07_usage_that_makes_no_sense_is_refused() {
     case.run("render").assert(2, &["SCENE"]);
 }
 
+/// A message holds its cause, and nothing is put behind it.
+#[test]
+fn r07_causes_are_told_once() {
+    let case = Case::new();
+    std::fs::write(case.path("cut.gltf"), "{\"asset\": ").expect("a writable folder");
+    for (arguments, cause) in [
+        ("render nothere.gltf", "No such file or directory (os error 2)"),
+        ("render cut.gltf", "EOF while parsing"),
+        ("render builtin:cornell --env nothere.exr", "No such file or directory (os error 2)"),
+        ("compare nothere.png nothere.exr", "No such file or directory (os error 2)"),
+        ("info --model nothere.model", "No such file or directory (os error 2)"),
+    ] {
+        let run = case.run(arguments);
+        run.assert(2, &[]);
+        assert_eq!(run.said.matches(cause).count(), 1, "{arguments}: {}", run.said);
+    }
+}
+
 /// A setting that the chosen integrator does not have is no wish that may be ignored.
 #[test]
 fn r07_settings_of_another_integrator_are_refused() {

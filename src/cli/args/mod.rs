@@ -1,5 +1,6 @@
 //! The arguments that say what to render, shared by the subcommands that take a scene.
 
+mod error;
 pub mod method;
 pub mod picture;
 
@@ -8,19 +9,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
-use thiserror::Error;
 
+use crate::cli::CliError;
 use crate::device::{Context, DeviceChoice, DeviceError};
 use crate::film::{Picture, Region};
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Camera, Environment, Pose, Projection, Scene, builtin};
 
-/// Arguments that do not go together, or with the scene.
-#[derive(Debug, Error)]
-pub enum InputError {
-    #[error("{0}")]
-    Usage(String),
-}
+pub use error::InputError;
 
 /// A scene and what is added to it.
 #[derive(Args, Clone, Debug)]
@@ -53,7 +49,7 @@ impl SceneArgs {
     ///
     /// # Errors
     /// What the loader reports.
-    pub fn load(&self) -> anyhow::Result<Scene> {
+    pub fn load(&self) -> Result<Scene, CliError> {
         let mut scene = match self.scene.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(name) => builtin::builtin(name).ok_or_else(|| {
                 InputError::Usage(format!(
@@ -396,7 +392,7 @@ pub fn check_folder(output: &Path) -> Result<(), InputError> {
 ///
 /// # Errors
 /// A file that cannot be read, or a picture of another size.
-pub fn read_reference(path: &Path, [width, height]: [u32; 2]) -> anyhow::Result<Picture> {
+pub fn read_reference(path: &Path, [width, height]: [u32; 2]) -> Result<Picture, CliError> {
     let reference = Picture::read(path)?;
     if [reference.width, reference.height] != [width, height] {
         return Err(InputError::Usage(format!(

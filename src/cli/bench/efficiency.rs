@@ -9,9 +9,9 @@ use super::candidate::{Candidate, parse_integrators};
 use super::reference::{ReferenceArgs, ReferenceFile};
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::efficiency::{Run, Summary, Work, measure, summary};
-use crate::cli::Exit;
 use crate::cli::args::parse_duration;
 use crate::cli::text::{command_line, grouped, ratio, short, today};
+use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::integrator::View;
 use crate::render::{RenderOptions, Renderer, Report};
@@ -71,7 +71,7 @@ pub struct EfficiencyArgs {
 ///
 /// # Errors
 /// Bad input, no device, a reference that cannot be kept.
-pub fn run(args: &EfficiencyArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
     let keeper = args.reference.keeper()?;
     let context = Context::new(&args.subject.picture.device)?;
@@ -130,7 +130,7 @@ fn rounds(
     candidates: &[Candidate],
     reference: &ReferenceFile,
     quiet: bool,
-) -> anyhow::Result<Vec<(Vec<Run>, Report)>> {
+) -> Result<Vec<(Vec<Run>, Report)>, CliError> {
     let mut renderers = Vec::new();
     for candidate in candidates {
         renderers.push(Renderer::new(context, &subject.scene, candidate.options(subject, args.seed.into()))?);
