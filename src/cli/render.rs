@@ -21,7 +21,7 @@ use crate::bench::trade::Point;
 use crate::device::Context;
 use crate::film::{Picture, Region, exr, png, tev};
 use crate::integrator::{Method, View};
-use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop};
+use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop, TimeLimit};
 use crate::scene::Scene;
 use crate::subspace::Model;
 use crate::training::When;
@@ -232,7 +232,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
     Ok(RenderOptions {
         view: View { crop: args.crop, seed: args.seed, ..args.picture.options(scene, camera).view },
         method: args.method.method()?,
-        budget: Budget { samples, time: args.time, error: args.error },
+        budget: Budget { samples, time: args.time.map(TimeLimit::Total), error: args.error },
         first_hit_layers: true,
         timing: args.stats.is_some(),
         training: args.method.training()?,
@@ -289,7 +289,7 @@ fn meter(quiet: bool, budget: &Budget, learning: Duration) -> Meter {
         quiet,
         match (budget.samples, budget.time) {
             (Some(samples), _) => Some(u64::from(samples)),
-            (None, Some(time)) => Some(time.saturating_sub(learning).as_millis() as u64),
+            (None, Some(time)) => Some(time.for_rendering(learning).as_millis() as u64),
             (None, None) => None,
         },
     )

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::meanwhile::SAMPLES_PER_ROUND;
-use super::{Budget, RenderOptions, Renderer, Report, Stop};
+use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
 use crate::device::Context;
 use crate::device::layout::Camera;
@@ -66,6 +66,7 @@ pub struct Prepared {
     camera: Camera,
     settings: Settings,
     warm_start: Option<WarmStart>,
+    learning_time: LearningTime,
     report: Report,
 }
 
@@ -132,6 +133,7 @@ impl Prepared {
             scene: device_scene.clone(),
             settings,
             warm_start: None,
+            learning_time: LearningTime::default(),
             report,
             options,
         })
@@ -159,6 +161,11 @@ impl Prepared {
         }
     }
 
+    /// Time of learning so far.
+    pub fn learning_time(&self) -> LearningTime {
+        self.learning_time
+    }
+
     /// What was done so far.
     pub fn report(&self) -> &Report {
         &self.report
@@ -178,8 +185,8 @@ impl Prepared {
         interrupted: impl FnMut(TrainingProgress) -> bool,
     ) -> Result<TrainingResult, RenderError> {
         let trained = train(&self.task(), interrupted)?;
-        self.report.pretracing_seconds = trained.tracing.as_secs_f64();
-        self.report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
+        self.learning_time =
+            LearningTime { tracing: trained.tracing, total: trained.tracing + trained.learning };
         self.report.round_losses = trained.losses.clone();
         self.say_when(When::First);
         self.report.choices.extend(trained.choices.clone());
@@ -190,8 +197,8 @@ impl Prepared {
     /// Makes ready to learn while rendering; until there are lessons, connections choose by power.
     fn begin_to_learn(&mut self) -> Result<PreparedTrainer, RenderError> {
         let beginning = PreparedTrainer::new(self.task())?;
-        self.report.pretracing_seconds = beginning.elapsed().as_secs_f64();
-        self.report.preprocessing_seconds = self.report.pretracing_seconds;
+        let elapsed = beginning.elapsed();
+        self.learning_time = LearningTime { tracing: elapsed, total: elapsed };
         self.say_when(When::Meanwhile);
         self.options.model = Some(beginning.model().clone());
         Ok(beginning)
@@ -209,7 +216,7 @@ impl Prepared {
         let pixels = u64::from(self.settings.view.region().pixels());
         let training = Training {
             render_paths: samples.map(|samples| u64::from(samples) * pixels),
-            render_time: time,
+            render_time: time.map(TimeLimit::duration),
             ..self.options.training.clone()
         };
         let task = TrainingTask::new(
@@ -236,7 +243,8 @@ impl Prepared {
             Some(When::Meanwhile) => course = Some(self.begin_to_learn()?),
             None => {}
         }
-        let Self { context, scene_hash, options, scene, camera, settings, mut report, .. } = self;
+        let Self { context, scene_hash, options, scene, camera, settings, learning_time, mut report, .. } =
+            self;
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
@@ -259,6 +267,7 @@ impl Prepared {
             first_hits: None,
             samples: 0,
             elapsed: Duration::ZERO,
+            learning_time,
             radiance_scale,
             unit,
             report,

@@ -17,7 +17,7 @@ use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, Region, exr};
 use crate::integrator::View;
 use crate::math::fnv::fnv;
-use crate::render::{Budget, RenderOptions, Renderer};
+use crate::render::{Budget, RenderOptions, Renderer, TimeLimit};
 
 /// Where neither time nor error is asked for.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
@@ -335,7 +335,7 @@ impl ReferenceStore {
         subject: &BenchScene,
         maker: &Candidate,
     ) -> Result<Renderer, CliError> {
-        let budget = Budget { time: self.time, ..Budget::default() };
+        let budget = Budget { time: self.time.map(TimeLimit::Total), ..Budget::default() };
         let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         let crop = (self.stride > 1).then(|| Region::lattice(width, height, self.stride));
         let options = RenderOptions {
