@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use super::buffer::BufferTable;
 use super::context::Context;
+use super::features::{Feature, Features};
 use super::layout::{self, Camera};
-use super::shader::Features;
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
@@ -62,7 +62,7 @@ impl DeviceScene {
         buffers.upload(context, "nodes", &accel.nodes)?;
         buffers.upload(context, "triangles", &triangles(scene, accel, &lights.of_triangle))?;
         materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
-        if features.attributes() {
+        if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
         }
         if !features.lambert_only {
@@ -81,19 +81,13 @@ impl DeviceScene {
         })
     }
 
-    /// The names that the kernels' `#if` lines test.
+    /// What all kernels for the scene are compiled with.
     pub fn kernel_features(&self) -> Features {
-        let mut names = self.features.names();
-        if self.features.attributes() {
-            names.insert("attributes");
-        }
-        if self.light_count > 0 {
-            names.insert("lights");
-        }
+        let mut features = Features::from(self.features);
         if self.deep_tree {
-            names.insert("deep_tree");
+            features.insert(Feature::DeepTree);
         }
-        names
+        features
     }
 }
 
