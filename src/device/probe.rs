@@ -11,7 +11,7 @@ use crate::device::DeviceError;
 /// [`DeviceError::CutsLoops`] with the counts found and what to install.
 pub(super) fn check_loops(context: &Context) -> Result<(), DeviceError> {
     const EXPECTED: [u32; 3] = [200_000, 65_000, 300_000];
-    let kernel = Kernel::new(context, "loop_check", &Default::default(), &[])?;
+    let kernel = Kernel::new(context, "loop_check", Default::default(), &[])?;
     let mut buffers = BufferTable::default();
     buffers.upload(context, "loop_trips", &EXPECTED)?;
     buffers.create(context, "loop_counts", 12)?;

@@ -1,5 +1,5 @@
-//! What a scene requires of the kernels: a pure function of the scene. What is false here is not in the shader
-//! text, has no buffer and costs nothing.
+//! What a scene requires of the kernels: a pure function of the scene. What is false here is not in the text of a kernel,
+//! has no buffer and costs nothing. `device::features` says what each switch costs.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{AlphaMode, Material, Scene, TextureRef};
 
-/// One switch for each part of the kernels that a scene may do without. The names are those of the `#if` lines.
+/// One switch for each part of the kernels that a scene may do without.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SceneFeatures {
     /// Every surface scatters by Lambert's law alone: no microfacets, no table of their albedo.
@@ -63,37 +63,6 @@ impl SceneFeatures {
             punctual_lights: !scene.lights.is_empty(),
             environment: scene.environment.is_some(),
         }
-    }
-
-    /// Name and value of every switch, in the order of their declaration.
-    pub fn table(&self) -> Vec<(&'static str, bool)> {
-        vec![
-            ("lambert_only", self.lambert_only),
-            ("transmission", self.transmission),
-            ("rough_transmission", self.rough_transmission),
-            ("absorption", self.absorption),
-            ("alpha", self.alpha),
-            ("textures", self.textures),
-            ("normals", self.normals),
-            ("normal_map", self.normal_map),
-            ("vertex_colors", self.vertex_colors),
-            ("uv0", self.uv0),
-            ("uv1", self.uv1),
-            ("area_lights", self.area_lights),
-            ("unlit", self.unlit),
-            ("punctual_lights", self.punctual_lights),
-            ("environment", self.environment),
-        ]
-    }
-
-    /// The switches that are on.
-    pub fn names(&self) -> BTreeSet<&'static str> {
-        self.table().into_iter().filter(|(_, on)| *on).map(|(name, _)| name).collect()
-    }
-
-    /// Vertices carry more than positions.
-    pub fn attributes(&self) -> bool {
-        self.normals || self.normal_map || self.vertex_colors || self.uv0 || self.uv1
     }
 
     /// Something in the scene can be sampled as a light.

@@ -17,7 +17,7 @@ const PIXELS: u32 = 3;
 /// What the device has summed over `samples` samples of every pixel, in batches of at most `batch`.
 fn accumulated(radiance: &[[f32; 4]], samples: u32, batch: u32) -> Vec<FilmPixel> {
     let context = gpu::context();
-    let kernel = Kernel::new(context, "film_accumulate", &Default::default(), &[]).expect("a kernel");
+    let kernel = Kernel::new(context, "film_accumulate", Default::default(), &[]).expect("a kernel");
     let mut buffers = BufferTable::default();
     buffers.upload(context, "radiance", radiance).expect("upload");
     buffers.create(context, "film", u64::from(PIXELS) * size_of::<FilmPixel>() as u64).expect("create");

@@ -4,7 +4,8 @@
 use std::collections::{BTreeSet, HashSet};
 
 use halfway::device::layout;
-use halfway::device::shader::{Features, SOURCES, stitch};
+use halfway::device::shader::{SOURCES, stitch};
+use halfway::device::{Feature, Features};
 use halfway::integrator::DEFAULT_ROULETTE_CAP;
 use halfway::scene::SceneFeatures;
 use halfway::scene::builtin::{NAMES, builtin};
@@ -80,13 +81,12 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 
 /// All kernels with everything on, parsed, and one in its form for less: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
-    let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
-    features.extend(["bidirectional", "light_paths", "light_cache", "subspaces"]);
-    let lambert =
-        Features::from(["lambert_only", "lambert_vertices", "bidirectional", "light_paths", "light_cache"]);
+    let features = Features::from(consistent(|_| true));
+    let features = features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces]);
+    let lambert = Features::from([Feature::LambertVertices, Feature::LightPaths, Feature::LightCache]);
     kernels()
-        .map(|name| (name, stitch(name, &features)))
-        .chain([("light_shade", stitch("light_shade", &lambert))])
+        .map(|name| (name, stitch(name, features)))
+        .chain([("light_shade", stitch("light_shade", lambert))])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }
@@ -174,52 +174,17 @@ fn roulette_has_one_default() {
     assert!(defaults.iter().all(|literal| *literal == Literal::F32(DEFAULT_ROULETTE_CAP)), "{defaults:?}");
 }
 
-/// The switches with each set to what `on` says of its name.
-fn with(features: &mut SceneFeatures, on: impl Fn(&str) -> bool) {
-    let switches = [
-        ("lambert_only", &mut features.lambert_only),
-        ("transmission", &mut features.transmission),
-        ("rough_transmission", &mut features.rough_transmission),
-        ("absorption", &mut features.absorption),
-        ("alpha", &mut features.alpha),
-        ("textures", &mut features.textures),
-        ("normals", &mut features.normals),
-        ("normal_map", &mut features.normal_map),
-        ("vertex_colors", &mut features.vertex_colors),
-        ("uv0", &mut features.uv0),
-        ("uv1", &mut features.uv1),
-        ("area_lights", &mut features.area_lights),
-        ("unlit", &mut features.unlit),
-        ("punctual_lights", &mut features.punctual_lights),
-        ("environment", &mut features.environment),
-    ];
-    for (name, switch) in switches {
-        *switch = on(name);
-    }
-}
-
-/// Features set by `set`, and what they imply in every scene.
-fn consistent(set: impl Fn(&mut SceneFeatures)) -> SceneFeatures {
+/// Features of a scene with these on, and what they imply in every scene.
+fn consistent(on: impl Fn(Feature) -> bool) -> SceneFeatures {
     let mut features = SceneFeatures::default();
-    set(&mut features);
+    for feature in Feature::of_scenes() {
+        *feature.switch(&mut features).expect("a feature of scenes") = on(feature);
+    }
     features.transmission |= features.rough_transmission | features.absorption;
     features.lambert_only &= !features.transmission;
     features.textures |= features.normal_map | features.uv0 | features.uv1;
     features.uv0 |= features.textures && !features.uv1;
-    features.area_lights |= features.unlit;
     features
-}
-
-/// What a kernel's `#if` lines see for a scene's features.
-fn kernel_features(features: &SceneFeatures) -> Features {
-    let mut names = features.names();
-    if features.attributes() {
-        names.insert("attributes");
-    }
-    if features.lights() {
-        names.insert("lights");
-    }
-    names
 }
 
 /// Every text once: many combinations make the same one.
@@ -230,39 +195,38 @@ impl Validated {
     fn check(&mut self, features: &SceneFeatures) {
         for extra in [
             &[][..],
-            &["any_hit"],
-            &["deep_tree"],
-            &["subspaces"],
-            &["one_lane"],
-            &["subspaces", "subspace_directions"],
-            &["lambert_vertices"],
-            &["lambert_vertices", "subspaces"],
+            &[Feature::AnyHit],
+            &[Feature::DeepTree],
+            &[Feature::Subspaces],
+            &[Feature::OneLane],
+            &[Feature::SubspaceDirections],
+            &[Feature::LambertVertices],
+            &[Feature::LambertVertices, Feature::Subspaces],
         ] {
-            if extra.contains(&"lambert_vertices") && !features.lambert_only {
+            if extra.contains(&Feature::LambertVertices) && !features.lambert_only {
                 continue;
             }
-            let mut features = kernel_features(features);
-            features.extend(extra);
+            let features = Features::from(*features).with(extra);
             for kernel in kernels() {
-                let mut features = features.clone();
+                let mut features = features;
                 let connects =
                     ["light_", "bucket_", "training_"].iter().any(|stage| kernel.starts_with(stage))
                         || ["camera_connections", "eye_shade", "eye_labels"].contains(&kernel);
                 let learns = kernel.starts_with("bucket_") || kernel == "eye_labels";
-                if learns && !features.contains("subspaces") {
+                if learns && !features.contains(Feature::Subspaces) {
                     continue;
                 }
-                if kernel == "light_samples" && features.contains("lambert_vertices") {
+                if kernel == "light_samples" && features.contains(Feature::LambertVertices) {
                     continue;
                 }
                 if connects {
                     // As `integrator::bidirectional` compiles them; what samples lights, only where there are any.
-                    features.extend(["bidirectional", "light_paths", "light_cache"]);
-                    if kernel != "eye_shade" && !features.contains("lights") {
+                    features.extend([Feature::Bidirectional, Feature::LightPaths, Feature::LightCache]);
+                    if kernel != "eye_shade" && !features.contains(Feature::Lights) {
                         continue;
                     }
                 }
-                let stitched = stitch(kernel, &features).expect("directives");
+                let stitched = stitch(kernel, features).expect("directives");
                 if self.0.insert(stitched.code.clone())
                     && let Err(error) = stitched.validate()
                 {
@@ -284,15 +248,14 @@ fn s03_kernels_are_valid_for_every_built_in_scene() {
 /// Nothing, each feature alone, each pair, all but each, all.
 #[test]
 fn s03_kernels_are_valid_for_every_toggle() {
-    let names: Vec<&str> = SceneFeatures::default().table().into_iter().map(|(name, _)| name).collect();
     let mut validated = Validated::default();
-    for a in &names {
-        for b in &names {
-            validated.check(&consistent(|features| with(features, |name| name == *a || name == *b)));
+    for a in Feature::of_scenes() {
+        for b in Feature::of_scenes() {
+            validated.check(&consistent(|feature| feature == a || feature == b));
         }
-        validated.check(&consistent(|features| with(features, |name| name != *a)));
+        validated.check(&consistent(|feature| feature != a));
     }
     validated.check(&SceneFeatures::default());
-    validated.check(&consistent(|features| with(features, |_| true)));
+    validated.check(&consistent(|_| true));
     println!("{} texts", validated.0.len());
 }

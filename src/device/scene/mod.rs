@@ -13,8 +13,8 @@ pub use lights::{LightSourceInfo, SourceKind};
 
 use super::buffer::BufferTable;
 use super::context::Context;
+use super::features::{Feature, Features};
 use super::layout::{self, Camera};
-use super::shader::Features;
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
@@ -67,7 +67,7 @@ impl DeviceScene {
         let triangles = triangles(scene, accel, &lights.of_triangle);
         buffers.upload(context, "triangles", &triangles)?;
         materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
-        if features.attributes() {
+        if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
         }
         if !features.lambert_only {
@@ -86,19 +86,13 @@ impl DeviceScene {
         })
     }
 
-    /// The names that the kernels' `#if` lines test.
+    /// What all kernels for the scene are compiled with.
     pub fn kernel_features(&self) -> Features {
-        let mut names = self.features.names();
-        if self.features.attributes() {
-            names.insert("attributes");
-        }
-        if !self.lights.is_empty() {
-            names.insert("lights");
-        }
+        let mut features = Features::from(self.features);
         if self.deep_tree {
-            names.insert("deep_tree");
+            features.insert(Feature::DeepTree);
         }
-        names
+        features
     }
 }
 

@@ -10,7 +10,7 @@ mod subspaces;
 
 use crate::device::layout::{Batch, Camera, Counts};
 use crate::device::scene::DeviceScene;
-use crate::device::{Bound, Context, DeviceError, Kernel};
+use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
 use crate::film::Region;
 use crate::subspace::Model;
 
@@ -457,7 +457,7 @@ impl LightKernels {
         let camera = match plan.to_camera {
             true => {
                 let mut splat_features = features.clone();
-                splat_features.extend(["any_hit", "splats_atomic"]);
+                splat_features.extend([Feature::AnyHit, Feature::SplatsAtomic]);
                 Some([
                     wavefront.compile(context, "camera_connections", &features)?,
                     wavefront.compile(context, "occlusion", &splat_features)?,
@@ -468,7 +468,8 @@ impl LightKernels {
         let cache = match plan.selector {
             None => None,
             Some(selector) => {
-                let own: &[&str] = if selector == Selector::OwnPath { &["own_light_path"] } else { &[] };
+                let own: &[Feature] =
+                    if selector == Selector::OwnPath { &[Feature::OwnLightPath] } else { &[] };
                 Some(CacheKernels {
                     scan: wavefront.compile(context, "light_scan", &[])?,
                     order: wavefront.compile(context, "light_order", &[])?,
@@ -494,12 +495,12 @@ enum Light {
 }
 
 /// What the kernels of light paths are compiled with.
-fn light_features(plan: &Plan) -> Vec<&'static str> {
-    let mut features = vec!["light_paths"];
+fn light_features(plan: &Plan) -> Vec<Feature> {
+    let mut features = vec![Feature::LightPaths];
     if plan.light_paths.are_shared() {
-        features.push("shared_light_paths");
+        features.push(Feature::SharedLightPaths);
     }
-    features.push(if plan.selector.is_some() { "light_cache" } else { "light_only" });
+    features.push(if plan.selector.is_some() { Feature::LightCache } else { Feature::LightOnly });
     features
 }
 

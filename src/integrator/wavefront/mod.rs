@@ -12,9 +12,8 @@ use crate::device::layout::{
     PathRay, SAMPLES_A_GROUP, ShadowRay, SubPath, TrainingEnd, TrainingVertex,
 };
 use crate::device::scene::DeviceScene;
-use crate::device::shader::Features;
 use crate::device::timing::Timing;
-use crate::device::{Bound, BufferTable, Context, DeviceError, Kernel};
+use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features, Kernel};
 use crate::film::Region;
 use crate::math::rng::seed_key;
 
@@ -96,6 +95,22 @@ pub(crate) struct Form {
     pub lambert_vertices: bool,
 }
 
+impl Form {
+    /// What all kernels of the wavefront are compiled with, beside what the scene and the device want.
+    fn features(&self) -> impl Iterator<Item = Feature> {
+        [
+            (Feature::Bidirectional, self.bidirectional),
+            (Feature::Splats, self.splats),
+            (Feature::Subspaces, self.subspaces),
+            (Feature::SubspaceDirections, self.subspace_directions),
+            (Feature::Learns, self.learns),
+            (Feature::LambertVertices, self.lambert_vertices),
+        ]
+        .into_iter()
+        .filter_map(|(feature, on)| on.then_some(feature))
+    }
+}
+
 /// Kernels and queues of a path-space wavefront.
 pub struct Wavefront {
     pub buffers: BufferTable,
@@ -140,36 +155,18 @@ impl Wavefront {
         form: Form,
     ) -> Result<Self, DeviceError> {
         let mut features = scene.kernel_features();
-        let connects = features.contains("lights");
-        if form.bidirectional {
-            features.insert("bidirectional");
-        }
-        if form.splats {
-            features.insert("splats");
-        }
-        if form.subspaces {
-            features.insert("subspaces");
-        }
-        if form.subspace_directions {
-            features.insert("subspace_directions");
-        }
-        if form.learns {
-            features.insert("learns");
-        }
-        if form.lambert_vertices {
-            features.insert("lambert_vertices");
-        }
+        features.extend(form.features());
         if context.is_cpu() {
-            features.insert("one_lane");
+            features.insert(Feature::OneLane);
         }
+        let connects = features.contains(Feature::Lights);
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CELLS", f64::from(form.cells)));
         constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
 
         let mut compile_time = Duration::ZERO;
-        let mut compile = |name: &str, extra: &[&'static str]| {
-            let features = features.iter().chain(extra).copied().collect();
-            let kernel = Kernel::new(context, name, &features, &constants)?;
+        let mut compile = |name: &str, extra: &[Feature]| {
+            let kernel = Kernel::new(context, name, features.with(extra), &constants)?;
             compile_time += kernel.compile_time;
             Ok::<Kernel, DeviceError>(kernel)
         };
@@ -177,7 +174,7 @@ impl Wavefront {
         let closest_hit = compile("closest_hit", &[])?;
         let advance = compile("queue_advance", &[])?;
         let tests = match connects {
-            true => Some([compile("shadow_advance", &[])?, compile("occlusion", &["any_hit"])?]),
+            true => Some([compile("shadow_advance", &[])?, compile("occlusion", &[Feature::AnyHit])?]),
             false => None,
         };
         let accumulate = compile("film_accumulate", &[])?;
@@ -281,17 +278,17 @@ impl Wavefront {
 
     /// Something in the scene can be sampled as a light.
     pub(crate) fn has_lights(&self) -> bool {
-        self.features.contains("lights")
+        self.features.contains(Feature::Lights)
     }
 
     /// Kernels write down the paths that they find.
     pub(crate) fn learns(&self) -> bool {
-        self.features.contains("learns")
+        self.features.contains(Feature::Learns)
     }
 
     /// Bytes of a vertex of the light cache.
     pub(crate) fn light_vertex_bytes(&self) -> u64 {
-        match self.features.contains("lambert_vertices") {
+        match self.features.contains(Feature::LambertVertices) {
             true => size_of::<LambertVertex>() as u64,
             false => size_of::<LightVertex>() as u64,
         }
@@ -299,7 +296,7 @@ impl Wavefront {
 
     /// Masked or blended surfaces make every traversal draw numbers of its path.
     pub(crate) fn has_alpha(&self) -> bool {
-        self.features.contains("alpha")
+        self.features.contains(Feature::Alpha)
     }
 
     /// Compiles a kernel of an integrator, with features beside those of the scene.
@@ -310,10 +307,9 @@ impl Wavefront {
         &mut self,
         context: &Context,
         name: &str,
-        extra: &[&'static str],
+        extra: &[Feature],
     ) -> Result<Kernel, DeviceError> {
-        let features = self.features.iter().chain(extra).copied().collect();
-        let kernel = Kernel::new(context, name, &features, &self.constants)?;
+        let kernel = Kernel::new(context, name, self.features.with(extra), &self.constants)?;
         self.compile_time += kernel.compile_time;
         Ok(kernel)
     }
