@@ -41,8 +41,8 @@ struct Shared {
     latest: Mutex<Arc<Snapshot>>,
     /// Ends the step that is being rendered before its next submission.
     abandon: Arc<AtomicBool>,
-    /// The step renders a whole picture. Small ones, for a moving camera, are finished: of a camera that moves on and on
-    /// there would never be a picture otherwise.
+    /// The step renders a whole picture. Small ones, for a moving camera, are finished: of a camera that never stands
+    /// still there would be no picture otherwise.
     abandonable: AtomicBool,
 }
 
