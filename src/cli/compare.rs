@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Exit;
 use crate::film::metric::{self, Comparison, NoiseSource};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{FilmError, Picture, heatmap, png};
 
 /// What the metrics mean, below the options of `--help`.
@@ -45,7 +45,7 @@ pub struct CompareArgs {
     pub heatmap: Option<PathBuf>,
     /// How pictures are displayed for psnr and flip [default: neutral, srgb when a file is PNG].
     #[arg(long)]
-    pub view: Option<View>,
+    pub view: Option<ViewTransform>,
     /// Stops of exposure for psnr and flip.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
@@ -133,7 +133,7 @@ pub fn run(args: &CompareArgs) -> Result<Exit, FilmError> {
     let is_png =
         |path: &PathBuf| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
     let is_display = is_png(&args.picture) || is_png(&args.reference);
-    let view = args.view.unwrap_or(if is_display { View::Srgb } else { View::default() });
+    let view = args.view.unwrap_or(if is_display { ViewTransform::Srgb } else { ViewTransform::default() });
     let comparison = match metric::compare(&picture, &reference, view, args.exposure) {
         Err(error @ FilmError::NonFiniteCompared { .. }) => {
             eprintln!("error: {error}");
@@ -182,7 +182,7 @@ fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), FilmErro
     Ok(())
 }
 
-fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, view: View) {
+fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, view: ViewTransform) {
     let mean = comparison.mean;
     let noise = match (mean.standard_error, mean.source) {
         (None, _) => "noise unknown: a single tile".to_owned(),

@@ -183,7 +183,7 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
         ),
         (
             "learnt for",
-            format!("{} connections, uniform share {}", settings.connections, settings.uniform_share),
+            format!("{} connections, uniform share {}", model.connections, settings.uniform_share),
         ),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]

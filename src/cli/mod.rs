@@ -116,7 +116,6 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
             | DeviceError::CutsLoops { .. },
         ) => return Exit::NoDevice,
         Some(DeviceError::Scene(_)) => return Exit::BadInput,
-        Some(DeviceError::Subspace(subspace)) if subspace.is_bad_input() => return Exit::BadInput,
         Some(_) => return Exit::Failed,
         None => {}
     }
@@ -132,6 +131,10 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
         || error.is::<args::InputError>()
         || error.downcast_ref().is_some_and(FilmError::is_bad_input)
         || error.downcast_ref().is_some_and(SubspaceError::is_bad_input)
-        || error.is::<RenderError>();
+        || error.downcast_ref().is_some_and(|error| match error {
+            RenderError::Subspace(error) => error.is_bad_input(),
+            RenderError::Thread { .. } | RenderError::Panicked { .. } => false,
+            _ => true,
+        });
     if input { Exit::BadInput } else { Exit::Failed }
 }

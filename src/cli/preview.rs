@@ -13,7 +13,7 @@ use super::args::{
 };
 use super::render::{load_model, say_what_is_missing};
 use super::{Exit, progress};
-use crate::integrator::{Descriptor, METHODS};
+use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
@@ -89,7 +89,8 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
     }
     // The window places its camera itself.
     let options = args.picture.options(&scene, 0);
-    let options = RenderOptions { seed: args.seed, model, training, ..options };
+    let options =
+        RenderOptions { view: View { seed: args.seed, ..options.view }, model, training, ..options };
     let (source, camera) = (args.scene.clone(), args.camera.clone());
     let settings = Settings {
         context,

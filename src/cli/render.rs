@@ -21,7 +21,7 @@ use super::{Exit, strategies};
 use crate::bench::trade::Point;
 use crate::device::Context;
 use crate::film::{Picture, Region, exr, png, tev};
-use crate::integrator::Method;
+use crate::integrator::{Method, View};
 use crate::render::{Budget, Origin, Prepared, Progress, RenderOptions, Report, Stop};
 use crate::scene::Scene;
 use crate::subspace::Model;
@@ -112,10 +112,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         options.model = Some(load_model(path, scene_hash, options.method)?);
     }
     let strategies = match args.strategies {
-        Some(_) => strategies::list(options.method, options.max_depth)?,
+        Some(_) => strategies::list(options.method, options.view.max_depth)?,
         None => Vec::new(),
     };
-    let shown = options.region();
+    let shown = options.view.region();
     let mut trace = args.trace.open([shown.width, shown.height])?;
 
     progress::install_interrupt();
@@ -132,7 +132,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let title = args.scene.scene.to_string_lossy();
     let origin = Origin {
         method: options.method,
-        seed: options.seed,
+        seed: options.view.seed,
         scene_hash,
         device: context.describe(),
         command_line: command_line(),
@@ -231,8 +231,7 @@ fn options(args: &RenderArgs, scene: &Scene, camera: usize) -> Result<RenderOpti
         return Err(InputError::Usage("--spp takes at least 1 sample a pixel".into()));
     }
     Ok(RenderOptions {
-        crop: args.crop,
-        seed: args.seed,
+        view: View { crop: args.crop, seed: args.seed, ..args.picture.options(scene, camera).view },
         method: args.method.method()?,
         budget: Budget { samples, time: args.time, error: args.error },
         first_hit_layers: true,
@@ -252,11 +251,11 @@ pub fn load_model(path: &Path, scene_hash: u64, method: Method) -> anyhow::Resul
     }
     let connections = plan.connections;
     let model = Model::load(path, scene_hash)?;
-    if model.settings.connections != connections {
+    if model.connections != connections {
         // No error: unbiased all the same, only not the least noise.
         log::info!(
             "the model was trained for {} connections, this render has {connections}",
-            model.settings.connections
+            model.connections
         );
     }
     Ok(Arc::new(model))
@@ -308,8 +307,8 @@ fn show(meter: &mut Meter, progress: &Progress, budget: &Budget) {
 }
 
 fn summary(report: &Report, load_seconds: f64, options: &RenderOptions) {
-    let rate =
-        f64::from(report.samples) * f64::from(options.width) * f64::from(options.height) / report.seconds;
+    let rate = f64::from(report.samples) * f64::from(options.view.width) * f64::from(options.view.height)
+        / report.seconds;
     let reason = match report.stop {
         Stop::Samples => "--spp reached",
         Stop::Time => "--time reached",

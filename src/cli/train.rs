@@ -10,7 +10,7 @@ use super::args::method::LearnArgs;
 use super::args::picture::PictureArgs;
 use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
 use super::{Exit, progress};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt, View};
 use crate::render::{Prepared, RenderOptions, Report};
 use crate::scene::{Scene, SceneFeatures};
 use crate::subspace::TrainingReport;
@@ -50,7 +50,7 @@ pub struct TrainArgs {
 pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
     check_output(&output)?;
-    let training = args.learn.training(Training::default(), args.connections)?;
+    let training = args.learn.training(Training::default())?;
     let training = Training { when: Some(When::First), ..training };
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
@@ -61,7 +61,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
     progress::install_interrupt();
     let context = open_device(&args.picture.device, quiet)?;
     let options = RenderOptions {
-        seed: args.seed,
+        view: View { seed: args.seed, ..args.picture.options(&scene, camera).view },
         method: Method::SpcBpt(SpcBpt { connections: args.connections, ..SpcBpt::default() }),
         training,
         ..args.picture.options(&scene, camera)
@@ -115,6 +115,7 @@ fn stats(trained: &TrainingResult, report: &Report) -> serde_json::Value {
         "round_losses": trained.losses,
         "choices": trained.choices,
         "subspaces": model.subspaces,
+        "connections": model.connections,
         "settings": model.settings,
         "training": model.report,
     })

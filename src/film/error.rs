@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::scene::SceneError;
+use crate::picture_file::PictureFileError;
 
 /// Pictures: reading, writing, comparing.
 #[derive(Debug, Error)]
 pub enum FilmError {
     #[error(transparent)]
-    Input(#[from] SceneError),
+    Input(#[from] PictureFileError),
     #[error(
         "cannot write {path}: {source}; choose another place or make room (an existing file is left as it was)"
     )]

@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::heatmap::{self, VIRIDIS};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, false_color, png};
 use crate::integrator::FirstSubspaces;
 
@@ -82,7 +82,7 @@ impl Show {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     pub show: Show,
-    pub view: View,
+    pub view: ViewTransform,
     /// Stops.
     pub exposure: f32,
 }
@@ -193,7 +193,7 @@ mod tests {
     }
 
     fn look(show: Show) -> Look {
-        Look { show, view: View::Srgb, exposure: 0.0 }
+        Look { show, view: ViewTransform::Srgb, exposure: 0.0 }
     }
 
     fn pixels(snapshot: &Snapshot, show: Show, reference: Option<&Picture>) -> Option<Vec<[u8; 3]>> {

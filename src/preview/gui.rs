@@ -28,7 +28,7 @@ impl Gui {
         settings: &Settings,
     ) -> Result<Self, PreviewError> {
         let fail = |message: String| PreviewError::Window { message };
-        let [width, height] = [settings.options.width, settings.options.height].map(f64::from);
+        let [width, height] = [settings.options.view.width, settings.options.view.height].map(f64::from);
         // As large as the picture, within what desktops have.
         let scale = (900.0 / width).min(700.0 / height).max(480.0 / width);
         let size = LogicalSize::new(width * scale + f64::from(panel::WIDTH), (height * scale).max(560.0));

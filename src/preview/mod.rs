@@ -30,7 +30,7 @@ use std::sync::Arc;
 use crate::cli::args::CameraArgs;
 use crate::device::Context;
 use crate::film::Picture;
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::integrator::{METHODS, Method};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
@@ -62,7 +62,7 @@ pub struct Settings {
     pub samples: Option<u32>,
     /// A picture of the same size to compare with.
     pub reference: Option<Picture>,
-    pub view: View,
+    pub view: ViewTransform,
     /// Stops.
     pub exposure: f32,
     /// Pictures are saved beside this name, with a number.

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::device::DeviceError;
 use crate::film::{Attribute, Picture, exr, png};
 use crate::integrator::Method;
 use crate::render::{Origin, RenderError, Renderer};
@@ -43,7 +42,7 @@ pub fn save(
     let mut picture = renderer.picture()?;
     picture.metadata = report.metadata(&Origin {
         method,
-        seed: settings.options.seed,
+        seed: settings.options.view.seed,
         scene_hash: renderer.scene_hash(),
         device: settings.context.describe(),
         command_line: settings.command_line.clone(),
@@ -52,7 +51,7 @@ pub fn save(
     let mut paths = write(&base, &picture, save)?;
     if let Some(model) = &renderer.model {
         let path = with(&base, "model");
-        model.save(&path).map_err(DeviceError::from)?;
+        model.save(&path)?;
         paths.push(path);
     }
     Ok(paths)

@@ -369,7 +369,7 @@ impl App {
                 };
                 (texture, [METHODS[snapshot.slot].name, name])
             }),
-            aspect: settings.options.width as f32 / settings.options.height as f32,
+            aspect: settings.options.view.width as f32 / settings.options.view.height as f32,
         };
         let (navigator, divider) = (&mut self.navigator, &mut self.divider);
         let scene = &self.scene;
@@ -404,7 +404,7 @@ impl App {
             }
             Action::FrameAll => {
                 let options = &self.settings.options;
-                self.navigator.frame_all(f64::from(options.width) / f64::from(options.height));
+                self.navigator.frame_all(f64::from(options.view.width) / f64::from(options.view.height));
             }
             Action::ResetCamera => self.navigator.reset(),
         }

@@ -5,6 +5,8 @@ use thiserror::Error;
 use crate::accel::AccelError;
 use crate::device::DeviceError;
 use crate::film::FilmError;
+use crate::subspace::SubspaceError;
+use crate::training::TrainingError;
 
 /// Rendering a scene to a picture.
 #[derive(Debug, Error)]
@@ -24,6 +26,10 @@ pub enum RenderError {
         "interrupted while it learnt, so there is nothing to save yet; start it again, or ask for fewer --train-paths"
     )]
     Interrupted,
+    #[error("cannot start a thread for {purpose} ({cause}); end other programs and start it again")]
+    Thread { purpose: &'static str, cause: std::io::Error },
+    #[error("{what} broke down, stderr says where; this is a defect of Halfway, please report it")]
+    Panicked { what: &'static str },
     /// Comparing the picture with a reference.
     #[error(transparent)]
     Film(#[from] FilmError),
@@ -31,4 +37,19 @@ pub enum RenderError {
     Accel(#[from] AccelError),
     #[error(transparent)]
     Device(#[from] DeviceError),
+    #[error(transparent)]
+    Subspace(#[from] SubspaceError),
+}
+
+/// A device that is lost is that, whether it is lost while learning or while rendering: callers match on one variant.
+impl From<TrainingError> for RenderError {
+    fn from(error: TrainingError) -> Self {
+        match error {
+            TrainingError::Device(error) => Self::Device(error),
+            TrainingError::Subspace(error) => Self::Subspace(error),
+            TrainingError::Interrupted => Self::Interrupted,
+            TrainingError::Thread { cause } => Self::Thread { purpose: "learning", cause },
+            TrainingError::Panicked => Self::Panicked { what: "learning" },
+        }
+    }
 }

@@ -15,7 +15,7 @@ use crate::device::{self, Context};
 use crate::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
 use crate::film::{Attribute, Layer, Picture, Region};
 use crate::integrator::{
-    Choice, DEFAULT_ROULETTE_CAP, FirstSubspaces, Integrator, Method, RayCounts, Strategy, SubmissionLimit,
+    Choice, FirstSubspaces, Integrator, Method, RayCounts, Strategy, SubmissionLimit, View,
 };
 use crate::scene::{self, Scene, SceneFeatures};
 use crate::subspace::{Model, TrainingReport};
@@ -48,17 +48,9 @@ const ROUND: Duration = Duration::from_millis(300);
 /// What to render.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
-    /// The whole picture, pixels.
-    pub width: u32,
-    pub height: u32,
-    /// The part to render; `None` for the whole.
-    pub crop: Option<Region>,
+    pub view: View,
     /// Index into the scene's cameras.
     pub camera: usize,
-    pub max_depth: Option<u32>,
-    /// Least probability that Russian roulette lets a path go on after a surface.
-    pub roulette_cap: f32,
-    pub seed: u64,
     pub method: Method,
     /// Of a bidirectional method, show this strategy only.
     pub strategy: Option<Strategy>,
@@ -77,13 +69,8 @@ pub struct RenderOptions {
 impl Default for RenderOptions {
     fn default() -> Self {
         Self {
-            width: 256,
-            height: 256,
-            crop: None,
+            view: View::default(),
             camera: 0,
-            max_depth: None,
-            roulette_cap: DEFAULT_ROULETTE_CAP,
-            seed: 0,
             method: Method::default(),
             strategy: None,
             budget: Budget::default(),
@@ -93,13 +80,6 @@ impl Default for RenderOptions {
             training: Training::default(),
             features: None,
         }
-    }
-}
-
-impl RenderOptions {
-    /// The part that is rendered.
-    pub fn region(&self) -> Region {
-        self.crop.unwrap_or(Region::whole(self.width, self.height))
     }
 }
 
@@ -237,7 +217,7 @@ impl Renderer {
     /// A part of a picture, or one without pixels or with too many; a lost device.
     pub fn aim(&mut self, camera: &scene::Camera, width: u32, height: u32) -> Result<(), RenderError> {
         let region = Region::whole(width, height);
-        let (most, part) = (self.options.region(), self.options.crop.is_some());
+        let (most, part) = (self.options.view.region(), self.options.view.crop.is_some());
         if part || region.pixels() == 0 || region.pixels() > most.pixels() {
             let part = format!("0,0,{width},{height}");
             return Err(RenderError::BadRegion { part, width: most.width, height: most.height });
@@ -305,7 +285,7 @@ impl Renderer {
         self.context.wait()?;
         self.integrator.wavefront_mut().collect_times(&self.context)?;
         self.samples += samples;
-        self.hear()?;
+        self.poll_training()?;
         if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
             let taken = self.integrator.wavefront().take_film(&self.context)?;
             self.sums.add(taken.iter().map(pixel_sums));

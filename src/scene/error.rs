@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::picture_file::PictureFileError;
+
 /// Reading a scene. `code` is the name that the Khronos glTF validator gives the fault, where it has one.
 #[derive(Debug, Error)]
 pub enum SceneError {
@@ -11,8 +13,8 @@ pub enum SceneError {
     #[error("cannot read {path}: {source}; check that the file is there and readable")]
     Read { path: PathBuf, source: std::io::Error },
     /// A picture other than a texture, such as an environment.
-    #[error("cannot use the picture {path}: {reason}")]
-    Picture { path: PathBuf, reason: String },
+    #[error(transparent)]
+    Picture(#[from] PictureFileError),
     #[error(
         "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
          give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use halfway::cli::args::CameraArgs;
 use halfway::device::{Context, DeviceChoice};
 use halfway::film::Picture;
-use halfway::film::tonemap::View;
+use halfway::film::tonemap::ViewTransform;
 use halfway::integrator::method::{Given, Setting};
-use halfway::integrator::{METHODS, Method};
+use halfway::integrator::{METHODS, Method, View};
 use halfway::preview::controls::Navigator;
 use halfway::preview::snapshot::Snapshot;
 use halfway::preview::worker::{Event, Request, Save, Saved, Worker};
@@ -39,7 +39,11 @@ fn methods() -> [Method; SLOTS] {
 
 fn options() -> RenderOptions {
     let training = Training::default().with_rounds(2);
-    RenderOptions { width: 44, height: 36, seed: 7, training, ..RenderOptions::default() }
+    RenderOptions {
+        view: View { width: 44, height: 36, seed: 7, ..View::default() },
+        training,
+        ..RenderOptions::default()
+    }
 }
 
 fn settings(context: &Context, slot: usize) -> Settings {
@@ -55,7 +59,7 @@ fn settings(context: &Context, slot: usize) -> Settings {
         slot,
         samples: Some(SAMPLES),
         reference: None,
-        view: View::Neutral,
+        view: ViewTransform::Neutral,
         exposure: 0.0,
         output: PathBuf::from("unused"),
         title: "cornell".into(),
@@ -119,13 +123,13 @@ impl Stage {
         self.wait(|snapshot| {
             let figures = &snapshot.figures;
             let seen = (snapshot.slot, snapshot.view, figures.samples) == (slot, view, SAMPLES);
-            seen && figures.done && snapshot.picture.width == options().width
+            seen && figures.done && snapshot.picture.width == options().view.width
         })
     }
 
     #[track_caller]
     fn save(&mut self, name: PathBuf) -> Saved {
-        self.worker.save(Save { name, view: View::Neutral, exposure: 0.0 });
+        self.worker.save(Save { name, view: ViewTransform::Neutral, exposure: 0.0 });
         let start = Instant::now();
         loop {
             match self.worker.event() {
@@ -189,7 +193,7 @@ fn saved_pictures_are_those_of_render() {
         stage.worker.request(moved, true);
         std::thread::sleep(Duration::from_millis(30));
     }
-    stage.wait(|snapshot| snapshot.view == 6 && snapshot.picture.width < options().width);
+    stage.wait(|snapshot| snapshot.view == 6 && snapshot.picture.width < options().view.width);
     stage.worker.request(request(&stage.navigator, PATH, 6), false);
     let seen = stage.finish(PATH, 6);
     let saved = stage.save(folder.path().join("b"));
@@ -263,7 +267,7 @@ fn without_layers(picture: Picture) -> Picture {
 #[test]
 fn pictures_come_while_the_camera_moves() {
     let settings = settings(gpu::context(), LVCBPT);
-    let options = RenderOptions { width: 192, height: 144, ..options() };
+    let options = RenderOptions { view: View { width: 192, height: 144, ..options().view }, ..options() };
     let mut stage = Stage::new(Settings { options, ..settings });
     stage.wait(|snapshot| snapshot.slot == LVCBPT && snapshot.figures.samples > 0);
     let mut seen = std::collections::BTreeSet::new();

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 
 use super::InputError;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{DEFAULT_CONNECTIONS, Descriptor, MAX_CONNECTIONS, METHODS, Method};
+use crate::integrator::{Descriptor, MAX_CONNECTIONS, METHODS, Method};
 use crate::subspace::{Optimiser, Settings, SubspaceError};
 use crate::training::{LONG_RENDER_ROUNDS, Training, When};
 
@@ -26,7 +26,7 @@ impl Quality {
     fn training(self) -> Training {
         let normal = Training::default();
         match self {
-            Self::Draft => Training { lessons: Some(2), ..normal },
+            Self::Draft => Training { rounds: Some(2), ..normal },
             Self::Normal => normal,
             Self::High => normal.with_rounds(LONG_RENDER_ROUNDS),
         }
@@ -115,15 +115,14 @@ impl LearnArgs {
         flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
     }
 
-    /// A preset, with what is given here and for so many connections of an eye vertex.
+    /// A preset, with what is given here.
     ///
     /// # Errors
     /// A setting out of its range.
-    pub fn training(&self, preset: Training, connections: u32) -> Result<Training, SubspaceError> {
+    pub fn training(&self, preset: Training) -> Result<Training, SubspaceError> {
         let default = preset.settings.clone();
         let settings = Settings {
             subspaces: self.subspaces,
-            connections,
             optimiser: self.optimiser.unwrap_or(default.optimiser),
             uniform_share: self.uniform_share.unwrap_or(default.uniform_share),
             smoothing: self.smoothing.or(default.smoothing),
@@ -223,8 +222,7 @@ impl MethodArgs {
         let preset = (self.quality != Quality::Normal).then_some("--quality");
         let given = self.learning.given().or(self.learn.and(Some("--learn"))).or(preset);
         self.refuse(given.unwrap_or_default(), Setting::Learning, given.is_some())?;
-        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
-        let training = self.learning.training(self.quality.training(), connections);
+        let training = self.learning.training(self.quality.training());
         let training = training.map_err(|error| InputError::Usage(error.to_string()))?;
         Ok(Training { when: self.learn, ..training })
     }

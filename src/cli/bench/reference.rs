@@ -16,6 +16,7 @@ use crate::cli::text::{grouped, short};
 use crate::device::Context;
 use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, Region, exr};
+use crate::integrator::View;
 use crate::math::fnv::fnv;
 use crate::render::{Budget, RenderOptions, Renderer};
 
@@ -150,7 +151,7 @@ impl ReferenceFile {
 
     /// As what pictures of the whole are compared with.
     pub fn truth(&self, subject: &BenchScene) -> Reference<'_> {
-        let RenderOptions { width, height, .. } = subject.options;
+        let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         Reference { picture: &self.picture, region: Region::lattice(width, height, self.stride()) }
     }
 
@@ -230,7 +231,7 @@ impl ReferenceStore {
 
     /// The beginning of the names of all references of a scene and view.
     fn stem(&self, subject: &BenchScene) -> String {
-        let RenderOptions { width, height, camera, max_depth, .. } = subject.options;
+        let RenderOptions { view: View { width, height, max_depth, .. }, camera, .. } = subject.options;
         let depth = max_depth.map_or(String::new(), |depth| format!(".depth{depth}"));
         let stride = if self.stride > 1 { format!(".stride{}", self.stride) } else { String::new() };
         format!("{}-{width}x{height}{stride}-{:016x}-camera{camera}{depth}-", subject.name, subject.hash)
@@ -337,9 +338,13 @@ impl ReferenceStore {
         maker: &Candidate,
     ) -> anyhow::Result<Renderer> {
         let budget = Budget { time: self.time, ..Budget::default() };
-        let RenderOptions { width, height, .. } = subject.options;
+        let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         let crop = (self.stride > 1).then(|| Region::lattice(width, height, self.stride));
-        let options = RenderOptions { budget, crop, ..maker.options(subject, 1 << 63) };
+        let options = RenderOptions {
+            view: View { crop, ..maker.options(subject, 1 << 63).view },
+            budget,
+            ..maker.options(subject, 1 << 63)
+        };
         Ok(Renderer::new(context, &subject.scene, options)?)
     }
 

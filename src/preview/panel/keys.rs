@@ -2,7 +2,7 @@
 
 use egui::{Key, Ui};
 
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::integrator::{Descriptor, METHODS};
 use crate::preview::display::Show;
 
@@ -87,6 +87,10 @@ impl Shortcut {
     }
 }
 
+/// View transforms with their names, in the order in which a key steps through them.
+pub const VIEW_TRANSFORMS: [(ViewTransform, &str); 3] =
+    [(ViewTransform::Neutral, "neutral"), (ViewTransform::Srgb, "sRGB"), (ViewTransform::Agx, "AgX")];
+
 /// Keys that change what the user has chosen, as [`help`] lists them.
 const CHOICES: [(&str, &str); 5] = [
     ("Space", "Pause, resume"),
@@ -165,7 +169,7 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
             }
         }
         for _ in 0..times(Key::V, false) {
-            choices.look.view = next(&[View::Neutral, View::Srgb, View::Agx], choices.look.view);
+            choices.look.view = next(&VIEW_TRANSFORMS.map(|(transform, _)| transform), choices.look.view);
         }
     });
     actions

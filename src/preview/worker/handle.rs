@@ -97,14 +97,13 @@ impl State {
             Err(Failure::Stopped) => {}
             Err(Failure::Scene(message)) => self.send(Event::Failed(message)),
             Err(Failure::Render(error @ RenderError::Device(DeviceError::Lost { .. }))) => return Err(error),
-            Err(Failure::Render(error)) => self.build_failed(purpose, slot, view, error.to_string()),
-            Err(Failure::Thread(message)) => self.build_failed(purpose, slot, view, message),
+            Err(Failure::Render(error)) => self.build_failed(purpose, slot, view, &error),
         }
         Ok(())
     }
 
     /// It is not tried again before something else is requested.
-    fn build_failed(&mut self, purpose: Purpose, slot: usize, view: u64, message: String) {
+    fn build_failed(&mut self, purpose: Purpose, slot: usize, view: u64, error: &RenderError) {
         match purpose {
             Purpose::Scene => self.scene_failed = true,
             Purpose::Film => self.failed[slot] = true,
@@ -114,7 +113,7 @@ impl State {
                 }
             }
         }
-        self.send(Event::Failed(message));
+        self.send(Event::Failed(error.to_string()));
     }
 
     fn take_scene(&mut self, scene: Arc<Scene>, uploaded: Uploaded) {
@@ -134,7 +133,7 @@ impl State {
     fn take_round(&mut self, slot: usize, view: u64, trained: TrainingResult) {
         let Some(film) = &mut self.films[slot] else { return };
         film.trained_view = view;
-        film.warm_start = trained.known;
+        film.warm_start = trained.warm_start;
         let loss = (!trained.losses.is_empty()).then(|| trained.losses.iter().product::<f64>());
         if loss.is_none_or(|loss| loss < 1.0 - LEAST_GAIN) {
             // The loss is over that of the round before, which may still wait to be taken by the film.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::scene::{Camera, Scene};
 
 /// What the window is to show. A new request takes the place of the last.
@@ -33,7 +33,7 @@ pub struct Request {
 #[derive(Clone, Debug)]
 pub struct Save {
     pub name: PathBuf,
-    pub view: View,
+    pub view: ViewTransform,
     /// Stops.
     pub exposure: f32,
 }

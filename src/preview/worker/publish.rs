@@ -41,8 +41,8 @@ impl State {
     pub(super) fn save_last_seen(&mut self) {
         for save in std::mem::take(&mut self.saves) {
             let snapshot = self.shared.latest();
-            let whole =
-                snapshot.picture.width == self.settings.options.width && snapshot.view == self.request.view;
+            let whole = snapshot.picture.width == self.settings.options.view.width
+                && snapshot.view == self.request.view;
             let event = if whole && snapshot.figures.samples > 0 {
                 match saving::save_snapshot(&self.settings, &snapshot, &save) {
                     Ok(paths) => Event::Saved(Saved {

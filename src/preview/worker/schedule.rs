@@ -148,7 +148,7 @@ impl State {
         let aim = Aim {
             camera: self.request.camera.clone(),
             view: self.request.view,
-            size: [self.settings.options.width, self.settings.options.height],
+            size: [self.settings.options.view.width, self.settings.options.view.height],
         };
         let Some(film) = &mut self.films[slot] else { return Ok(()) };
         let divisor = if moving { film.divisor_for(MOVING_STEP, first_divisor) } else { 1 };

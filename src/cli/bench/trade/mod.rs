@@ -23,6 +23,7 @@ use crate::cli::progress::{install_interrupt, interrupted, learn};
 use crate::cli::text::{command_line, short, today};
 use crate::device::Context;
 use crate::film::write::write_atomic;
+use crate::integrator::View;
 use crate::math::fnv::fnv;
 use crate::render::{Prepared, RenderError, RenderOptions};
 use crate::training::When;
@@ -308,7 +309,8 @@ impl Bench<'_> {
     }
 
     fn key(&self, candidate: &Candidate, round: u32) -> Key {
-        let RenderOptions { width, height, camera, max_depth, roulette_cap, .. } = self.subject.options;
+        let RenderOptions { view: View { width, height, max_depth, roulette_cap, .. }, camera, .. } =
+            self.subject.options;
         // Renders share no random numbers, whoever else takes part: their errors are independent.
         let stream = fnv(candidate.label.as_bytes()) >> 33;
         Key {
