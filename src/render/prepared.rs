@@ -255,7 +255,7 @@ impl Prepared {
         report.choices.extend(integrator.choices());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
-        report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
+        report.compile_seconds = (wavefront.compile_time() + warm_up.elapsed()).as_secs_f64();
         Ok(Renderer {
             context,
             scene_hash,
