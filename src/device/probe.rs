@@ -5,7 +5,7 @@ use super::context::Context;
 use super::kernels::Kernel;
 use crate::device::DeviceError;
 
-/// Runs `loop_check.wgsl`, whose loops are longer than any that rendering has.
+/// Runs `loop_check.wgsl`, whose loops are longer than any we trace with.
 ///
 /// # Errors
 /// [`DeviceError::CutsLoops`] with the counts found and what to install.
