@@ -14,6 +14,7 @@ use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
 use crate::film::Region;
 use crate::subspace::Model;
 
+use super::kernels::{connection_features, light_features};
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
 use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Selector, Settings};
 use subspaces::Subspaces;
@@ -468,12 +469,11 @@ impl LightKernels {
         let cache = match plan.selector {
             None => None,
             Some(selector) => {
-                let own: &[Feature] =
-                    if selector == Selector::OwnPath { &[Feature::OwnLightPath] } else { &[] };
+                let of_connections = connection_features(selector);
                 Some(CacheKernels {
                     scan: wavefront.compile(context, "light_scan", &[])?,
                     order: wavefront.compile(context, "light_order", &[])?,
-                    connections: wavefront.compile(context, "light_connections", own)?,
+                    connections: wavefront.compile(context, "light_connections", of_connections)?,
                 })
             }
         };
@@ -492,16 +492,6 @@ impl LightKernels {
 enum Light {
     CameraAndCache,
     Cache,
-}
-
-/// What the kernels of light paths are compiled with.
-fn light_features(plan: &Plan) -> Vec<Feature> {
-    let mut features = vec![Feature::LightPaths];
-    if plan.light_paths.are_shared() {
-        features.push(Feature::SharedLightPaths);
-    }
-    features.push(if plan.selector.is_some() { Feature::LightCache } else { Feature::LightOnly });
-    features
 }
 
 impl Integrator for Bidirectional {

@@ -17,7 +17,7 @@ use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features,
 use crate::film::Region;
 use crate::math::rng::seed_key;
 
-use super::{Settings, Strategy};
+use super::{Settings, Strategy, kernels};
 use submission::SubmissionLimit;
 
 /// Surfaces between two looks at how many paths are left.
@@ -154,11 +154,14 @@ impl Wavefront {
         settings: Settings,
         form: Form,
     ) -> Result<Self, DeviceError> {
-        let mut features = scene.kernel_features();
-        features.extend(form.features());
+        let mut scene_features = scene.kernel_features();
         if context.is_cpu() {
-            features.insert(Feature::OneLane);
+            scene_features.insert(Feature::OneLane);
         }
+        let plan = settings.method.plan();
+        let mut features = scene_features;
+        features.extend(form.features());
+        debug_assert!(kernels::forms(&plan, scene_features).contains(&features), "{features:?}");
         let connects = features.contains(Feature::Lights);
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CELLS", f64::from(form.cells)));
@@ -166,7 +169,9 @@ impl Wavefront {
 
         let mut compile_time = Duration::ZERO;
         let mut compile = |name: &str, extra: &[Feature]| {
-            let kernel = Kernel::new(context, name, features.with(extra), &constants)?;
+            let features_of_kernel = features.with(extra);
+            debug_assert!(kernels::kernels(&plan, features).contains(&(name, features_of_kernel)));
+            let kernel = Kernel::new(context, name, features_of_kernel, &constants)?;
             compile_time += kernel.compile_time;
             Ok::<Kernel, DeviceError>(kernel)
         };
@@ -309,7 +314,12 @@ impl Wavefront {
         name: &str,
         extra: &[Feature],
     ) -> Result<Kernel, DeviceError> {
-        let kernel = Kernel::new(context, name, self.features.with(extra), &self.constants)?;
+        let features = self.features.with(extra);
+        debug_assert!(
+            kernels::kernels(&self.settings.method.plan(), self.features).contains(&(name, features)),
+            "{name} with {features:?} is not among the kernels that tests look at"
+        );
+        let kernel = Kernel::new(context, name, features, &self.constants)?;
         self.compile_time += kernel.compile_time;
         Ok(kernel)
     }
