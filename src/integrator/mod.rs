@@ -1,6 +1,7 @@
 //! Integrators: what one iteration dispatches.
 
 pub(crate) mod bidirectional;
+pub mod kernels;
 pub mod method;
 mod path;
 pub mod plan;

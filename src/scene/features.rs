@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::{AlphaMode, Material, Scene, TextureRef};
+use super::{AlphaMode, Material, Mesh, Scene, TextureRef};
 
 /// One switch for each part of the kernels that a scene may do without.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -27,7 +27,7 @@ pub struct SceneFeatures {
     pub vertex_colors: bool,
     pub uv0: bool,
     pub uv1: bool,
-    /// Surfaces that emit.
+    /// Surfaces that emit, of some area.
     pub area_lights: bool,
     /// Unlit surfaces, which emit their base colour.
     pub unlit: bool,
@@ -58,7 +58,7 @@ impl SceneFeatures {
             vertex_colors: scene.meshes.iter().any(|mesh| mesh.colors.is_some()),
             uv0: slots.iter().any(|slot| slot.uv_set == 0),
             uv1: slots.iter().any(|slot| slot.uv_set == 1),
-            area_lights: any(|m| m.emission.max_element() > 0.0 || m.unlit),
+            area_lights: scene.meshes.iter().any(|mesh| emits(scene, mesh)),
             unlit: any(|m| m.unlit),
             punctual_lights: !scene.lights.is_empty(),
             environment: scene.environment.is_some(),
@@ -69,4 +69,15 @@ impl SceneFeatures {
     pub fn lights(&self) -> bool {
         self.area_lights || self.punctual_lights || self.environment
     }
+}
+
+/// The mesh sends out light. What has no area sends out none.
+fn emits(scene: &Scene, mesh: &Mesh) -> bool {
+    let material = &scene.materials[mesh.material as usize];
+    let radiance = if material.unlit { material.base_color } else { material.emission };
+    let has_area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+        (b - a).cross(c - a).length() > 0.0
+    };
+    radiance.max_element() > 0.0 && mesh.triangles.iter().any(has_area)
 }

@@ -1,14 +1,11 @@
-//! Host and shader agree: structs and constants that stand on both sides, and every kernel in every form that a
-//! scene can ask for. No device is needed.
+//! Host and shader agree: structs and constants that stand on both sides. No device is needed.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 use halfway::device::layout;
 use halfway::device::shader::{SOURCES, stitch};
 use halfway::device::{Feature, Features};
 use halfway::integrator::DEFAULT_ROULETTE_CAP;
-use halfway::scene::SceneFeatures;
-use halfway::scene::builtin::{NAMES, builtin};
 use naga::proc::Layouter;
 use naga::{Literal, Module, TypeInner};
 
@@ -81,7 +78,8 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 
 /// All kernels with everything on, parsed, and one in its form for less: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
-    let features = Features::from(consistent(|_| true));
+    let features: Features =
+        Feature::of_scenes().filter(|&feature| feature != Feature::LambertOnly).collect();
     let features = features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces]);
     let lambert = Features::from([Feature::LambertVertices, Feature::LightPaths, Feature::LightCache]);
     kernels()
@@ -172,90 +170,4 @@ fn roulette_has_one_default() {
         .collect();
     assert!(!defaults.is_empty(), "no kernel plays roulette");
     assert!(defaults.iter().all(|literal| *literal == Literal::F32(DEFAULT_ROULETTE_CAP)), "{defaults:?}");
-}
-
-/// Features of a scene with these on, and what they imply in every scene.
-fn consistent(on: impl Fn(Feature) -> bool) -> SceneFeatures {
-    let mut features = SceneFeatures::default();
-    for feature in Feature::of_scenes() {
-        *feature.switch(&mut features).expect("a feature of scenes") = on(feature);
-    }
-    features.transmission |= features.rough_transmission | features.absorption;
-    features.lambert_only &= !features.transmission;
-    features.textures |= features.normal_map | features.uv0 | features.uv1;
-    features.uv0 |= features.textures && !features.uv1;
-    features
-}
-
-/// Every text once: many combinations make the same one.
-#[derive(Default)]
-struct Validated(HashSet<String>);
-
-impl Validated {
-    fn check(&mut self, features: &SceneFeatures) {
-        for extra in [
-            &[][..],
-            &[Feature::AnyHit],
-            &[Feature::DeepTree],
-            &[Feature::Subspaces],
-            &[Feature::OneLane],
-            &[Feature::SubspaceDirections],
-            &[Feature::LambertVertices],
-            &[Feature::LambertVertices, Feature::Subspaces],
-        ] {
-            if extra.contains(&Feature::LambertVertices) && !features.lambert_only {
-                continue;
-            }
-            let features = Features::from(*features).with(extra);
-            for kernel in kernels() {
-                let mut features = features;
-                let connects =
-                    ["light_", "bucket_", "training_"].iter().any(|stage| kernel.starts_with(stage))
-                        || ["camera_connections", "eye_shade", "eye_labels"].contains(&kernel);
-                let learns = kernel.starts_with("bucket_") || kernel == "eye_labels";
-                if learns && !features.contains(Feature::Subspaces) {
-                    continue;
-                }
-                if kernel == "light_samples" && features.contains(Feature::LambertVertices) {
-                    continue;
-                }
-                if connects {
-                    // As `integrator::bidirectional` compiles them; what samples lights, only where there are any.
-                    features.extend([Feature::Bidirectional, Feature::LightPaths, Feature::LightCache]);
-                    if kernel != "eye_shade" && !features.contains(Feature::Lights) {
-                        continue;
-                    }
-                }
-                let stitched = stitch(kernel, features).expect("directives");
-                if self.0.insert(stitched.code.clone())
-                    && let Err(error) = stitched.validate()
-                {
-                    panic!("{kernel} with {features:?}: {error}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn s03_kernels_are_valid_for_every_built_in_scene() {
-    let mut validated = Validated::default();
-    for name in NAMES {
-        validated.check(&SceneFeatures::of(&builtin(name).expect("a built-in scene")));
-    }
-}
-
-/// Nothing, each feature alone, each pair, all but each, all.
-#[test]
-fn s03_kernels_are_valid_for_every_toggle() {
-    let mut validated = Validated::default();
-    for a in Feature::of_scenes() {
-        for b in Feature::of_scenes() {
-            validated.check(&consistent(|feature| feature == a || feature == b));
-        }
-        validated.check(&consistent(|feature| feature != a));
-    }
-    validated.check(&SceneFeatures::default());
-    validated.check(&consistent(|_| true));
-    println!("{} texts", validated.0.len());
 }

@@ -42,6 +42,7 @@ mod preview;
 mod public_scenes;
 mod quadrature;
 mod random;
+mod reachable;
 mod readme;
 mod reference;
 mod respawn;

@@ -3,7 +3,7 @@
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use halfway::device::Feature;
-use halfway::integrator::{LvcBpt, Method, SpcBpt, View};
+use halfway::integrator::{LvcBpt, METHODS, Method, SpcBpt, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
@@ -254,6 +254,38 @@ fn s02_a_feature_wrongly_off_is_seen() {
             Err(error) => println!("{name}: refused, {error}"),
         }
     }
+}
+
+/// A scene whose only emitter has no area is black by every method, also where the features say that it emits.
+#[test]
+fn s03_an_emitter_without_area_is_no_light() {
+    let point = shapes::quad(DVec3::ONE, DVec3::ZERO, DVec3::ZERO);
+    let line = shapes::quad(DVec3::ONE, DVec3::X, 2.0 * DVec3::X);
+    let mut dark = scene([(grey(0.5), floor()), (lamp(1.0), point), (lamp(1.0), line)]);
+    dark.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
+    let features = SceneFeatures::of(&dark);
+    assert!(!features.lights(), "{features:?}");
+    let forced = SceneFeatures { area_lights: true, ..features };
+    for descriptor in METHODS {
+        for features in [None, Some(forced)] {
+            let options =
+                RenderOptions { method: descriptor.default_method(), features, ..options([4, 4], 1) };
+            let shot = render(&dark, options);
+            assert_eq!(shot.report.lights, 0, "{}", descriptor.name);
+            assert!(shot.picture.rgb.iter().flatten().all(|&c| c == 0.0), "{}", descriptor.name);
+        }
+    }
+}
+
+/// Light that is nothing in f32 beside the strongest is left out, whatever its kind.
+#[test]
+fn s03_light_that_is_too_weak_for_f32_is_left_out() {
+    let panel = shapes::quad(DVec3::new(-1.0, 2.0, -1.0), DVec3::X, DVec3::Z);
+    let mut strong = scene([(grey(0.5), floor()), (lamp(1e30), panel)]);
+    strong.environment = Some(Environment { scale: 1e-30, ..fading_sky() });
+    strong.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
+    let shot = render(&strong, options([4, 4], 16));
+    assert_eq!(shot.report.lights, 2, "the panel's triangles alone");
 }
 
 #[test]

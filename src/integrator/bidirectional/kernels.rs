@@ -2,8 +2,9 @@
 
 use super::Bidirectional;
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
+use crate::integrator::Plan;
+use crate::integrator::kernels::{connection_features, light_features};
 use crate::integrator::wavefront::{Bounce, Size, Stage, Wavefront};
-use crate::integrator::{Plan, Selector};
 
 /// Compiled once.
 pub(super) struct Kernels {
@@ -81,12 +82,11 @@ impl LightKernels {
         let cache = match plan.selector {
             None => None,
             Some(selector) => {
-                let own: &[Feature] =
-                    if selector == Selector::OwnPath { &[Feature::OwnLightPath] } else { &[] };
+                let of_connections = connection_features(selector);
                 Some(CacheKernels {
                     scan: wavefront.compile(context, "light_scan", &[])?,
                     order: wavefront.compile(context, "light_order", &[])?,
-                    connections: wavefront.compile(context, "light_connections", own)?,
+                    connections: wavefront.compile(context, "light_connections", of_connections)?,
                 })
             }
         };
@@ -98,16 +98,6 @@ impl LightKernels {
             cache,
         })
     }
-}
-
-/// What the kernels of light paths are compiled with.
-fn light_features(plan: &Plan) -> Vec<Feature> {
-    let mut features = vec![Feature::LightPaths];
-    if plan.light_paths.are_shared() {
-        features.push(Feature::SharedLightPaths);
-    }
-    features.push(if plan.selector.is_some() { Feature::LightCache } else { Feature::LightOnly });
-    features
 }
 
 impl Bidirectional {

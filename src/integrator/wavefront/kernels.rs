@@ -5,7 +5,8 @@ use std::time::Duration;
 use super::{Size, Stage, Wavefront};
 use crate::device::layout::{LambertVertex, LightVertex};
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features, Kernel};
-use crate::integrator::Settings;
+use crate::integrator::kernels::kernels;
+use crate::integrator::{Plan, Settings};
 
 /// What a wavefront is made for.
 #[derive(Clone, Copy, Default)]
@@ -44,6 +45,7 @@ impl Form {
 
 /// What kernels are compiled with, and how long that took.
 pub(super) struct Compiler {
+    pub plan: Plan,
     pub features: Features,
     pub constants: Vec<(&'static str, f64)>,
     pub time: Duration,
@@ -57,7 +59,12 @@ impl Compiler {
         name: &str,
         extra: &[Feature],
     ) -> Result<Kernel, DeviceError> {
-        let kernel = Kernel::new(context, name, self.features.with(extra), &self.constants)?;
+        let features = self.features.with(extra);
+        debug_assert!(
+            kernels(&self.plan, self.features).contains(&(name, features)),
+            "{name} with {features:?} is not among the kernels that tests look at"
+        );
+        let kernel = Kernel::new(context, name, features, &self.constants)?;
         self.time += kernel.compile_time;
         Ok(kernel)
     }

@@ -10,6 +10,7 @@ pub mod submission;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use super::kernels::forms;
 use super::{Settings, Strategy};
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
@@ -66,15 +67,18 @@ impl Wavefront {
         settings: Settings,
         form: Form,
     ) -> Result<Self, DeviceError> {
-        let mut features = scene.kernel_features();
-        features.extend(form.features());
+        let mut scene_features = scene.kernel_features();
         if context.is_cpu() {
-            features.insert(Feature::OneLane);
+            scene_features.insert(Feature::OneLane);
         }
+        let plan = settings.method.plan();
+        let mut features = scene_features;
+        features.extend(form.features());
+        debug_assert!(forms(&plan, scene_features).contains(&features), "{features:?}");
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CELLS", f64::from(form.cells)));
         constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
-        let mut compiler = Compiler { features, constants, time: Duration::ZERO };
+        let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO };
         let kernels = SharedKernels::new(context, &mut compiler, &settings)?;
 
         let mut buffers = std::mem::take(&mut scene.buffers);
