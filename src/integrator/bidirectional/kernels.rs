@@ -30,7 +30,7 @@ pub(super) struct CacheKernels {
     pub connections: Kernel,
 }
 
-/// The kernels with their buffers: bound anew when the cache grows or another model comes.
+/// The kernels with their buffers: bound again when the cache grows or another model comes.
 #[derive(Default)]
 pub(super) struct Stages {
     pub light_rays: Option<Bound>,

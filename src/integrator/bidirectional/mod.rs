@@ -79,7 +79,7 @@ impl Bidirectional {
             subspaces: model.is_some(),
             subspace_directions,
             learns,
-            // Who learns wants vertices whole, and labels by direction wait for the direction of a connection.
+            // Learning needs vertices whole, and labels by direction wait for the direction of a connection.
             lambert_vertices: purpose == Purpose::Picture
                 && !subspace_directions
                 && scene.features.lambert_only,

@@ -1,5 +1,5 @@
-//! Sharing the device with others, such as a window: submissions take no longer than they are told to, and what nobody
-//! wants any more ends at once.
+//! Sharing the device with others, such as a window: submissions take no longer than a limit, and what
+//! is of no use any more ends at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
