@@ -2,11 +2,10 @@
 
 mod lights;
 mod materials;
+mod units;
 mod vertices;
 
 use std::time::{Duration, Instant};
-
-use glam::Vec3;
 
 use super::buffer::BufferTable;
 use super::context::Context;
@@ -15,8 +14,9 @@ use super::shader::Features;
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
-use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
+use crate::math::scale::normalising_exponent;
 use crate::scene::{self, Projection, Scene, SceneFeatures};
+use units::punctual_intensity;
 
 /// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
 const STACK: u32 = 16;
@@ -138,20 +138,6 @@ fn radiance_exponent(scene: &Scene, unit: &UnitSpace) -> i32 {
     });
     let strongest = surfaces.chain(punctual).chain(environment).fold(0.0, f64::max);
     normalising_exponent(strongest).map_or(0, |exponent| -exponent)
-}
-
-/// Intensity such that intensity / distance^2 is right for distances of unit space.
-fn punctual_intensity(light: &scene::PunctualLight, unit: &UnitSpace) -> glam::DVec3 {
-    let exponent = match light.kind {
-        scene::LightKind::Directional => 0,
-        _ => 2 * unit.exponent,
-    };
-    light.intensity.as_dvec3().to_array().map(|channel| scale_by_power_of_two(channel, exponent)).into()
-}
-
-/// A radiance of the scene as kernels see it.
-fn scaled(radiance: Vec3, exponent: i32) -> Vec3 {
-    radiance.to_array().map(|channel| scale_by_power_of_two(f64::from(channel), -exponent) as f32).into()
 }
 
 fn triangles(scene: &Scene, accel: &Accel, light_of_triangle: &[u32]) -> Vec<layout::Triangle> {
