@@ -1,10 +1,20 @@
-//! The street is one-way: no module uses a layer above its own, and no file grows beyond reading.
+//! The street is one-way: no module uses a layer above its own, no files use each other, methods are told apart in one
+//! place, and no file grows beyond reading.
 
+mod imports;
+mod methods;
+mod tokens;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use imports::{Program, cycles, describe, module_of};
+use methods::{questions, wildcards};
+
 /// Layers from the bottom up; a module may use its own layer and those before it.
 const LAYERS: &[&[&str]] = &[
+    &["fault"],
     &["math"],
     &["picture_file"],
     &["scene"],
@@ -17,9 +27,6 @@ const LAYERS: &[&[&str]] = &[
     &["bench"],
     &["main", "cli", "preview"],
 ];
-
-/// Free for all, and free to name all: each of its enums belongs to one layer.
-const FREE: [&str; 2] = ["lib", "error"];
 
 const MAX_RUST_LINES: usize = 600;
 const MAX_WGSL_LINES: usize = 300;
@@ -54,90 +61,60 @@ fn shown(path: &Path) -> String {
     path.strip_prefix(env!("CARGO_MANIFEST_DIR")).expect("inside the package").display().to_string()
 }
 
-/// The modules between the crate's root and the code in `path`: `src/scene/builtin/mod.rs` is scene, builtin.
-fn module_path(path: &Path) -> Vec<String> {
-    let inside = path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).expect("inside src");
-    let mut modules: Vec<String> =
-        inside.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
-    if modules.last().is_some_and(|last| last == "mod") {
-        modules.pop();
-    }
-    modules
+/// All of `src` by its files' names.
+fn sources() -> Vec<(String, String)> {
+    files("src", "rs").iter().map(|path| (shown(path), read(path))).collect()
 }
 
-/// The identifier at the start of `text`, empty if there is none.
-fn identifier(text: &str) -> &str {
-    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
-    &text[..end]
-}
-
-/// The first identifiers of what follows a `::`, more than one in front of a group: `{a::b, c::{d, e}}` is a, c.
-fn heads(text: &str) -> Vec<String> {
-    let Some(group) = text.strip_prefix('{') else { return vec![identifier(text).into()] };
-    let mut heads = Vec::new();
-    let mut depth = 0;
-    let mut at_start = true;
-    for (i, c) in group.char_indices() {
-        match c {
-            '{' => depth += 1,
-            '}' if depth == 0 => break,
-            '}' => depth -= 1,
-            ',' if depth == 0 => at_start = true,
-            _ if at_start && !c.is_whitespace() => {
-                heads.push(identifier(&group[i..]).into());
-                at_start = false;
-            }
-            _ => {}
-        }
-    }
-    heads
-}
-
-/// Top-level items that `source`, `depth` modules below the root, names by `crate::`, `halfway::` or enough `super::`s.
-fn root_items(source: &str, depth: usize) -> Vec<String> {
-    let code: Vec<&str> = source.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
-    let code = code.join("\n");
-    let mut found = Vec::new();
-    for root in ["crate::", "halfway::", &"super::".repeat(depth)] {
-        for (at, _) in code.match_indices(root) {
-            let is_whole_path =
-                !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':' || c == '$');
-            if is_whole_path {
-                found.extend(heads(&code[at + root.len()..]));
-            }
-        }
-    }
-    found
+fn program(sources: &[(String, String)]) -> Program {
+    Program::new(sources.iter().map(|(name, source)| (name.as_str(), source.as_str())))
 }
 
 #[test]
 fn no_layer_uses_a_higher_one() {
-    let mut faults = Vec::new();
-    for path in files("src", "rs") {
-        let modules = module_path(&path);
-        if FREE.contains(&modules[0].as_str()) {
-            continue;
-        }
-        let Some(own) = layer(&modules[0]) else {
-            faults.push(format!("{}: `{}` has no place in LAYERS", shown(&path), modules[0]));
+    let mut faults = BTreeSet::new();
+    for (name, path) in program(&sources()).paths() {
+        let module = module_of(name);
+        let (Some(own), Some(used)) = (module.first(), path.first()) else { continue };
+        let Some(place) = layer(own) else {
+            faults.insert(format!("{name}: `{own}` has no place in LAYERS"));
             continue;
         };
-        for used in root_items(&read(&path), modules.len()) {
-            if layer(&used).is_some_and(|other| other > own) {
-                faults.push(format!("{}: `{}` may not use `{used}`", shown(&path), modules[0]));
-            }
+        if layer(used).is_some_and(|other| other > place) {
+            faults.insert(format!("{name}: `{own}` may not use `{}`", path.join("::")));
         }
     }
+    let faults: Vec<String> = faults.into_iter().collect();
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
 #[test]
-fn root_items_are_found_however_they_are_written() {
-    let source = "use crate::{math::rng, film::{self, Film},\n scene};\n// use crate::cli;\n\
-                  fn f() -> crate::error::E { super::super::render::go(super::near()) }\nuse other_crate::cli;";
-    assert_eq!(root_items(source, 2), ["math", "film", "scene", "error", "render"]);
-    assert_eq!(root_items("use halfway::cli::run;", 1), ["cli"]);
-    assert_eq!(root_items("use super::device;", 1), ["device"]);
+fn no_files_use_each_other() {
+    let edges = program(&sources()).edges();
+    let found: Vec<String> = cycles(&edges).iter().map(|cycle| describe(cycle, &edges)).collect();
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+/// What a method is made of is said in its plan; what is to be computed follows from that.
+#[test]
+fn methods_are_told_apart_in_one_place() {
+    const PLACE: &str = "src/integrator/plan.rs";
+    let sources = sources();
+    for (name, source) in sources.iter().filter(|(name, _)| name != PLACE) {
+        let found = questions(source);
+        assert!(found.is_empty(), "{name} asks which method it is: {found:?}; ask {PLACE}");
+    }
+    let (_, plan) = sources.iter().find(|(name, _)| name == PLACE).expect("the plan");
+    assert_eq!(wildcards(plan), Vec::<String>::new(), "{PLACE}: a new method would not be noticed");
+}
+
+/// A module with children is `foo/mod.rs`.
+#[test]
+fn modules_with_children_are_folders() {
+    for path in ["src", "tests"].iter().flat_map(|folder| files(folder, "rs")) {
+        let folder = path.with_extension("");
+        assert!(!folder.is_dir(), "{} stands beside {}/: make it mod.rs there", shown(&path), shown(&folder));
+    }
 }
 
 /// `lib` is functions and constants; what is bound stands in `bind`, once, for all kernels.
