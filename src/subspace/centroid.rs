@@ -1,5 +1,6 @@
 //! Centroids of the subspaces: training vertices drawn in proportion to what their paths contribute, and the nearest
-//! of them to a vertex. [slides]; sampling as in [opt7], `algorithm.md` 3.
+//! of them to a vertex: Su, Li and Wang, SPCBPT, SIGGRAPH 2022. Drawn systematically, a centroid whenever the running
+//! weight passes the next equal part of the total, as in the authors' public code (SPCBPT-OptiX7).
 
 use glam::Vec3;
 use rayon::prelude::*;

@@ -10,7 +10,7 @@ use crate::subspace::SubspaceError;
 
 /// Brightness that is added to every tile's, relative to the picture's mean: dark tiles do not count without bound.
 const TILE_FLOOR: f64 = 1e-3;
-/// Largest W relative to the mean of all (`prototype.md`, 3d).
+/// Largest W relative to the mean of all, so that the limit does not depend on the unit of radiance.
 const LARGEST_SQUARED: f64 = 1000.0;
 /// Largest weight as a sample, relative to the mean of all.
 const LARGEST_WEIGHT: f64 = 10.0;

@@ -8,8 +8,7 @@ use crate::subspace::SubspaceError;
 /// Most subspaces a side: Gamma then has 16 million entries.
 pub const MOST_SUBSPACES: u32 = 4000;
 /// Training nodes for each (eye, light) pair of subspaces, when the number of subspaces follows from the training set.
-/// With fewer, Gamma learns the paths instead of the scene (`prototype.md`, fact 1); without smoothing that would begin
-/// at about 40.
+/// With fewer, Gamma learns the paths instead of the scene; without smoothing that would begin at about 40.
 const NODES_A_PAIR: f64 = 5.0;
 /// Most of them then: twice as many hardly lower the loss, however much there is to learn from, and cost time.
 pub const MOST_FOLLOWED: u32 = 300;

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-/// Side of a picture's tiles in pixels: [opt7], `algorithm.md` 2.2.
+/// Side of a picture's tiles in pixels, as in the public code of SPCBPT's authors (SPCBPT-OptiX7).
 pub const TILE_SIZE: u32 = 10;
 
 /// Last vertex of a sub-path: what the classification looks at.

@@ -1,8 +1,8 @@
 //! The classification tree: stands in for the search of the nearest centroid, three comparisons a level.
 //!
 //! Eight-ary. Even depths split by position, odd ones by normal; after four splits by normal always by position. Where
-//! the incident direction counts, depths 7 and 9 split by it. Boxes are halved, as in an octree ([paperCode], [opt7];
-//! `algorithm.md` 3).
+//! the incident direction counts, depths 7 and 9 split by it. Boxes are halved, as in an octree. Su, Li and
+//! Wang 2022; the order of the splits is that of their public code (SPCBPT-OptiX7).
 
 use glam::Vec3;
 

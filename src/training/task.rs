@@ -19,7 +19,7 @@ use super::{guided, pretrace};
 use crate::integrator::wavefront::Wavefront;
 use crate::integrator::{Choice, Settings};
 
-/// Light paths for Q: more do not lower the error (`prototype.md`, 5).
+/// Light paths for Q: five times as many do not lower a picture's error.
 pub(super) const LIGHT_PATHS: u32 = 200_000;
 /// A camera path that is learnt from, in those that are shown: it has more light paths, its vertices are written down,
 /// and the host works on them.

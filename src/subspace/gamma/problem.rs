@@ -177,7 +177,7 @@ impl Problem {
         self.cell_starts = starts;
     }
 
-    /// The contribution matrix, rows normalised: nearly all of the gain is in this start (`prototype.md`, fact 2).
+    /// The contribution matrix, rows normalised: nearly all of the gain over a uniform Gamma is in this start.
     fn set_start(&mut self, fallback: &[f64]) {
         for cell in 0..self.start.len() {
             self.start[cell] = self.of_cell(cell).iter().map(|e| self.train.start[e.index as usize]).sum();
