@@ -143,9 +143,8 @@ fn gather(
     }
 }
 
-/// The connections that could have made the path x_1 .. x_{n-1}, x_n, each with its mass: the density of connecting there, but
-/// for N Gamma / Q, over that
-/// of the path. Where x_n is no point on a light but a vertex of the cache: those as far as x_n.
+/// The connections that could have made the path x_1 .. x_{n-1}, x_n, one for each of its edges between surfaces or to a
+/// light, with all densities over that of the path. Where x_n is no point on a light but a vertex of the cache: those as far as x_n.
 fn eye_side(
     vertices: &[TrainingVertex],
     end: &TrainingEnd,

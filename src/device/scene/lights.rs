@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{punctual_intensity, scaled};
+use super::units::{punctual_intensity, scaled};
 use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
