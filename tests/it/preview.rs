@@ -175,7 +175,7 @@ fn assert_same_bits(saved: &Picture, headless: &Picture, what: &str) {
     }
 }
 
-/// Whatever was rendered before, from whichever camera, in whatever slices: a saved picture is that of `halfway render`.
+/// Whatever was rendered before, from any camera, in any slices: a saved picture is that of `halfway render`.
 #[test]
 fn saved_pictures_are_those_of_render() {
     let folder = tempfile::tempdir().unwrap();
@@ -211,8 +211,8 @@ fn saved_pictures_are_those_of_render() {
     assert_same_bits(&Picture::read(&saved.paths[0]).expect("a picture"), &first, "lvcbpt again");
 }
 
-/// Path tracing is seen until SPCBPT is trained; its model is saved, and makes the same picture. It is trained for another
-/// view as well, and films of other methods are kept meanwhile.
+/// Path tracing is seen until SPCBPT is trained; its model is saved, and makes the same picture. It is trained for
+/// another view as well, and films of other methods are kept meanwhile.
 #[test]
 fn learns_in_the_background_and_takes_over() {
     let folder = tempfile::tempdir().unwrap();
@@ -263,7 +263,7 @@ fn without_layers(picture: Picture) -> Picture {
     Picture { layers: Vec::new(), ..picture }
 }
 
-/// A camera that never stands still is seen all the same: small pictures are finished, however soon the next is asked for.
+/// A camera that never stands still has pictures all the same: small ones are finished, however soon the next request.
 #[test]
 fn pictures_come_while_the_camera_moves() {
     let settings = settings(gpu::context(), LVCBPT);
@@ -285,8 +285,8 @@ fn pictures_come_while_the_camera_moves() {
     }
 }
 
-/// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot be
-/// loaded leaves all as it was.
+/// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot
+/// be loaded changes nothing.
 #[test]
 fn scenes_are_loaded_again() {
     use std::sync::atomic::{AtomicBool, Ordering};
