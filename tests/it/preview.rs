@@ -33,7 +33,7 @@ fn methods() -> [Method; SLOTS] {
     assert_eq!([PATH, LVCBPT, SPCBPT].map(|slot| METHODS[slot].name), ["path", "lvcbpt", "spcbpt"]);
     METHODS.map(|method| {
         let light_tracing = !method.takes(Setting::Learning);
-        (method.make)(&Given { light_paths: None, connections: Some(2), light_tracing })
+        (method.make)(&Given { light_paths: None, connections: Some(4), light_tracing })
     })
 }
 
@@ -222,6 +222,7 @@ fn learns_in_the_background_and_takes_over() {
     assert!(learnt.of_this_view && learnt.used > 1 && learnt.paths > 1000, "{learnt:?}");
     let saved = stage.save(folder.path().join("a"));
     let model = Model::load(&saved.paths[2], builtin("cornell").unwrap().content_hash()).expect("a model");
+    assert_eq!(model.connections, methods()[SPCBPT].plan().connections, "trained for what is rendered");
     let picture = Picture::read(&saved.paths[0]).expect("a picture");
     assert_same_bits(&picture, &headless(&CameraArgs::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
 
