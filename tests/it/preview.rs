@@ -33,7 +33,7 @@ fn methods() -> [Method; SLOTS] {
     assert_eq!([PATH, LVCBPT, SPCBPT].map(|slot| METHODS[slot].name), ["path", "lvcbpt", "spcbpt"]);
     METHODS.map(|method| {
         let light_tracing = !method.takes(Setting::Learning);
-        (method.make)(&Given { light_paths: None, connections: Some(2), light_tracing })
+        (method.make)(&Given { light_paths: None, connections: Some(4), light_tracing })
     })
 }
 
@@ -175,7 +175,7 @@ fn assert_same_bits(saved: &Picture, headless: &Picture, what: &str) {
     }
 }
 
-/// Whatever was rendered before, from whichever camera, in whatever slices: a saved picture is that of `halfway render`.
+/// Whatever was rendered before, from any camera, in any slices: a saved picture is that of `halfway render`.
 #[test]
 fn saved_pictures_are_those_of_render() {
     let folder = tempfile::tempdir().unwrap();
@@ -211,8 +211,8 @@ fn saved_pictures_are_those_of_render() {
     assert_same_bits(&Picture::read(&saved.paths[0]).expect("a picture"), &first, "lvcbpt again");
 }
 
-/// Path tracing is seen until SPCBPT is trained; its model is saved, and makes the same picture. It is trained for another
-/// view as well, and films of other methods are kept meanwhile.
+/// Path tracing is seen until SPCBPT is trained; its model is saved, and makes the same picture. It is trained for
+/// another view as well, and films of other methods are kept meanwhile.
 #[test]
 fn learns_in_the_background_and_takes_over() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,6 +222,7 @@ fn learns_in_the_background_and_takes_over() {
     assert!(learnt.of_this_view && learnt.used > 1 && learnt.paths > 1000, "{learnt:?}");
     let saved = stage.save(folder.path().join("a"));
     let model = Model::load(&saved.paths[2], builtin("cornell").unwrap().content_hash()).expect("a model");
+    assert_eq!(model.connections, methods()[SPCBPT].plan().connections, "trained for what is rendered");
     let picture = Picture::read(&saved.paths[0]).expect("a picture");
     assert_same_bits(&picture, &headless(&CameraArgs::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
 
@@ -263,7 +264,7 @@ fn without_layers(picture: Picture) -> Picture {
     Picture { layers: Vec::new(), ..picture }
 }
 
-/// A camera that never stands still is seen all the same: small pictures are finished, however soon the next is asked for.
+/// A camera that never stands still has pictures all the same: small ones are finished, however soon the next request.
 #[test]
 fn pictures_come_while_the_camera_moves() {
     let settings = settings(gpu::context(), LVCBPT);
@@ -285,8 +286,8 @@ fn pictures_come_while_the_camera_moves() {
     }
 }
 
-/// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot be
-/// loaded leaves all as it was.
+/// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot
+/// be loaded changes nothing.
 #[test]
 fn scenes_are_loaded_again() {
     use std::sync::atomic::{AtomicBool, Ordering};

@@ -92,7 +92,7 @@ impl Navigator {
         });
     }
 
-    /// Turns the camera on the spot: with a perspective camera, by the angle that the pointer passes over in the picture's middle.
+    /// Turns the camera on the spot: a perspective one by the angle that the pointer passes over in the picture's middle.
     pub fn look(&mut self, dx: f64, dy: f64) {
         if dx != 0.0 || dy != 0.0 {
             let angle = match self.view.projection {
