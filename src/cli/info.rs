@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum as _};
 
 use super::Exit;
-use super::args::{InputError, SceneArgs, choose_camera};
+use super::args::{InputError, SceneArgs};
 use crate::accel::Accel;
-use crate::scene::{LightKind, Projection, Scene, SceneFeatures, builtin};
+use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
 
@@ -71,7 +71,7 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<Exit> {
         learnt(model).iter().for_each(|(name, value)| println!("  {name:<19} {value}"));
         if let Some(mut scene) = scene {
             // As a render would see it.
-            choose_camera(&mut scene, None)?;
+            Viewpoint::default().choose(&mut scene).map_err(InputError::from)?;
             println!("  {:<19} {}", "fits the scene", fit(model, scene.content_hash()));
         }
     }

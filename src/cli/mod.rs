@@ -6,11 +6,13 @@ mod compare;
 mod debug;
 mod devices;
 mod info;
+mod output;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;
 mod render;
 mod strategies;
+mod summary;
 mod text;
 mod trace;
 mod train;

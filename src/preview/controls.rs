@@ -5,8 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use crate::cli::args::{CameraArgs, InputError, moved_name};
-use crate::scene::{Bounds, Camera, Pose, Projection, Scene};
+use crate::scene::{Bounds, Camera, Pose, Projection, Scene, Viewpoint, ViewpointError, moved_name};
 
 /// Nearest to straight up or down that turning goes: the picture never flips.
 const PITCH_LIMIT: f64 = FRAC_PI_2 - 1e-3;
@@ -26,10 +25,10 @@ const REACH: [f64; 2] = [1e-9, 1e9];
 /// What would leave no camera, such as a movement that is not finite, is left out.
 #[derive(Clone, Debug)]
 pub struct Navigator {
-    /// The scene's own camera, which the arguments move.
+    /// The scene's own camera, which the viewpoint moves.
     own: Camera,
     /// What makes `start` of it.
-    args: CameraArgs,
+    viewpoint: Viewpoint,
     start: Camera,
     start_view: View,
     view: View,
@@ -38,16 +37,16 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Begins with the camera that the arguments ask for.
+    /// Begins with the camera that is asked for.
     ///
     /// # Errors
     /// There is no such camera.
-    pub fn new(scene: &Scene, args: &CameraArgs) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene, viewpoint: &Viewpoint) -> Result<Self, ViewpointError> {
         let bounds = scene.bounds();
-        let own = args.own(scene)?;
-        let start = args.apply(&own)?;
-        let camera = args.camera.clone().or_else(|| CameraArgs::naming(scene, 0).camera);
-        let distance = match args.pose(&own)? {
+        let own = viewpoint.own(scene)?;
+        let start = viewpoint.apply(&own)?;
+        let camera = viewpoint.camera.clone().or_else(|| Viewpoint::naming(scene, 0).camera);
+        let distance = match viewpoint.pose(&own)? {
             Some(pose) => pose.from.distance(pose.at),
             // Until somebody says what is in the picture's middle.
             None => {
@@ -55,8 +54,8 @@ impl Navigator {
             }
         };
         let view = View::of(&start, distance);
-        let args = CameraArgs { camera, ..args.clone() };
-        Ok(Self { own, args, start, start_view: view, view, moved: false, bounds })
+        let viewpoint = Viewpoint { camera, ..viewpoint.clone() };
+        Ok(Self { own, viewpoint, start, start_view: view, view, moved: false, bounds })
     }
 
     /// Turns about the pivot, as if the scene were on a turntable that the pointer drags.
@@ -160,14 +159,14 @@ impl Navigator {
         self.moved.then(camera).flatten().unwrap_or_else(|| self.start.clone())
     }
 
-    /// The arguments that make the camera of the scene.
-    pub fn args(&self) -> CameraArgs {
-        if self.moved { self.args.moved(&self.view.pose()) } else { self.args.clone() }
+    /// What makes the camera of the scene.
+    pub fn viewpoint(&self) -> Viewpoint {
+        if self.moved { self.viewpoint.moved(&self.view.pose()) } else { self.viewpoint.clone() }
     }
 
     /// The same as text for a command line.
     pub fn flags(&self) -> String {
-        self.args().to_string()
+        self.viewpoint().to_string()
     }
 
     /// The view with another height of its orthographic projection, where there can be such.
@@ -262,18 +261,11 @@ impl View {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
     use glam::Vec3;
     use proptest::prelude::*;
 
     use super::*;
     use crate::scene::builtin::{builtin, shapes};
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        camera: CameraArgs,
-    }
 
     const SCALES: [f64; 3] = [1e-6, 1.0, 1e6];
     const PARALLEL: Projection = Projection::Orthographic { xmag: 2.0, ymag: 1.5 };
@@ -289,12 +281,8 @@ mod tests {
         Scene { meshes: vec![low, high], cameras: vec![perspective, parallel], ..Scene::default() }
     }
 
-    fn args(words: &[&str]) -> CameraArgs {
-        Line::try_parse_from(["program"].iter().chain(words)).unwrap().camera
-    }
-
     fn navigator(scene: &Scene, camera: &str) -> Navigator {
-        Navigator::new(scene, &args(&["--camera", camera])).unwrap()
+        Navigator::new(scene, &Viewpoint { camera: Some(camera.into()), ..Viewpoint::default() }).unwrap()
     }
 
     /// Where a point is seen, in heights of the picture, from its middle to the right and down.
@@ -325,12 +313,17 @@ mod tests {
             navigator.reset();
             assert_eq!((&navigator.camera(), navigator.moved()), (own, false));
         }
-        let named = Navigator::new(&scene(1.0, 0.0), &CameraArgs::default()).unwrap();
+        let named = Navigator::new(&scene(1.0, 0.0), &Viewpoint::default()).unwrap();
         assert_eq!(named.flags(), "--camera a");
-        let line =
-            args(&["--camera", "b", "--look-from", "1,2,3", "--look-at=0,0,-1", "--ortho-height", "2.5"]);
+        let line = Viewpoint {
+            camera: Some("b".into()),
+            look_from: Some(DVec3::new(1.0, 2.0, 3.0)),
+            look_at: Some(DVec3::NEG_Z),
+            ortho_height: Some(2.5),
+            ..Viewpoint::default()
+        };
         let mut navigator = Navigator::new(&scene(1.0, 0.0), &line).unwrap();
-        assert_eq!((navigator.args(), navigator.camera().position), (line, DVec3::new(1.0, 2.0, 3.0)));
+        assert_eq!((navigator.viewpoint(), navigator.camera().position), (line, DVec3::new(1.0, 2.0, 3.0)));
         assert!((navigator.pivot() - DVec3::NEG_Z).length() < 1e-6);
         navigator.pan(0.1, 0.1);
         assert!(navigator.flags().starts_with("--camera b --look-from "), "{}", navigator.flags());
@@ -520,7 +513,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_moves_leave_a_camera_that_flags_make_again(
+        fn any_moves_leave_a_camera_that_its_viewpoint_makes_again(
             exponent in -6..=6i32,
             away in prop::sample::select(vec![0.0, 1.0, 1e4]),
             name in prop::sample::select(vec!["a", "b"]),
@@ -554,11 +547,10 @@ mod tests {
                 prop_assert!((forward - expected).length() < 1e-5, "{:?}", forward - expected);
 
                 let mut again = scene.clone();
-                let words = navigator.args().words();
-                let line = args(&words.iter().map(String::as_str).collect::<Vec<_>>());
+                let line = navigator.viewpoint();
                 let index = line.choose(&mut again).unwrap();
                 // Floats are written so that no two look alike.
-                prop_assert_eq!(format!("{:?}", again.cameras[index]), format!("{camera:?}"), "{}", words.join(" "));
+                prop_assert_eq!(format!("{:?}", again.cameras[index]), format!("{camera:?}"), "{}", line);
                 let restarted = Navigator::new(&scene, &line).unwrap();
                 prop_assert_eq!(restarted.camera(), camera);
                 prop_assert_eq!(restarted.flags(), navigator.flags());

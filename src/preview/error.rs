@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::device::DeviceError;
 use crate::render::RenderError;
+use crate::scene::ViewpointError;
 
 /// The preview window.
 #[derive(Debug, Error)]
@@ -22,7 +23,7 @@ pub enum PreviewError {
     #[error("the device was lost ({message}); what was seen last is saved, with the samples that it had")]
     Lost { message: String },
     #[error(transparent)]
-    Input(#[from] crate::cli::args::InputError),
+    Input(#[from] ViewpointError),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error(transparent)]

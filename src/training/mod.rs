@@ -9,6 +9,6 @@ mod task;
 
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
 pub use task::{
-    LONG_RENDER_ROUNDS, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When,
-    find_training_paths, train,
+    DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart,
+    When, find_training_paths, train,
 };

@@ -25,7 +25,7 @@ pub(super) const LIGHT_PATHS: u32 = 200_000;
 /// and the host works on them.
 const COST_OF_A_PATH: f64 = 2.0;
 /// Lessons at most, where nobody asks for more and nobody knows that the render is long enough for them.
-pub(super) const DEFAULT_ROUNDS: u32 = 5;
+pub const DEFAULT_ROUNDS: u32 = 5;
 /// Lessons at most, where nobody asks for more; later ones have no more connections to learn from.
 pub const LONG_RENDER_ROUNDS: u32 = 7;
 /// Vertices of the longest path to learn from.

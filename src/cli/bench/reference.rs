@@ -10,7 +10,7 @@ use super::candidate::Candidate;
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::reference::{self, AccumulatedReference, Check, Pass, Reference};
 use crate::cli::Exit;
-use crate::cli::args::{InputError, open_device, parse_duration};
+use crate::cli::args::{InputError, parse_duration};
 use crate::cli::progress::{install_interrupt, interrupted};
 use crate::cli::text::{grouped, short};
 use crate::device::Context;
@@ -391,7 +391,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
         maker: Some(maker.clone()),
     };
     install_interrupt();
-    let context = open_device(&args.subject.picture.device, quiet)?;
+    let context = args.subject.picture.device.open(quiet)?;
     let mut exit = Exit::Done;
     for path in &args.subject.scenes {
         let subject = args.subject.load(path)?;
