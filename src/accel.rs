@@ -10,9 +10,9 @@ use glam::{DVec3, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
-
 use thiserror::Error;
 
+use crate::fault::Fault;
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
 use crate::scene::Scene;
 
@@ -23,6 +23,15 @@ pub enum AccelError {
         "{count} triangles are more than one acceleration structure holds; split the scene or decimate its meshes"
     )]
     TooManyTriangles { count: usize },
+}
+
+impl AccelError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::TooManyTriangles { .. } => Fault::Input,
+        }
+    }
 }
 
 /// From world space (scene units, f64) to unit space (f32).

@@ -14,6 +14,7 @@ pub mod accel;
 pub mod bench;
 pub mod cli;
 pub mod device;
+pub mod fault;
 pub mod film;
 pub mod integrator;
 pub mod math;

@@ -24,8 +24,8 @@ fn main() -> ExitCode {
     match cli::run(&cli) {
         Ok(exit) => exit.into(),
         Err(error) => {
-            eprintln!("error: {error:#}");
-            cli::exit_code(&error).into()
+            eprintln!("error: {error}");
+            cli::Exit::from(error.fault()).into()
         }
     }
 }

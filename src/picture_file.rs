@@ -1,15 +1,36 @@
-//! Floating-point pictures as files say them: named channels and attributes, from OpenEXR, Radiance HDR and PFM.
+//! Floating-point pictures as files hold them: named channels and attributes, from OpenEXR, Radiance HDR and PFM.
 //!
 //! It stands this low because both the environment light and the film read such files.
 
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::prelude::{AnyChannels, FlatSamples};
 use exr::prelude::{Layer as ExrPart, MetaData, ReadChannels, ReadLayers, Vec2, read};
 
-use crate::scene::SceneError;
+use thiserror::Error;
+
+use crate::fault::Fault;
+
+/// Reading a picture.
+#[derive(Debug, Error)]
+pub enum PictureFileError {
+    #[error("cannot read {path}: {cause}; check that the file is there and readable")]
+    Read { path: PathBuf, cause: std::io::Error },
+    /// A file that was read but makes no picture, or not one for its purpose; `reason` ends in what to do.
+    #[error("cannot use the picture {path}: {reason}")]
+    Unusable { path: PathBuf, reason: String },
+}
+
+impl PictureFileError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::Read { .. } | Self::Unusable { .. } => Fault::Input,
+        }
+    }
+}
 
 /// The most samples (pixels times channels) that a file may ask for: 4 GiB of `f32`.
 const MAX_SAMPLES: u64 = 1 << 30;
@@ -44,10 +65,10 @@ impl PictureFile {
     /// Reads a file by its extension: `.exr`, `.hdr` or `.pfm`.
     ///
     /// # Errors
-    /// [`SceneError::Read`] when the bytes cannot be had, [`SceneError::Picture`] when they make no usable picture:
+    /// [`PictureFileError::Read`] when the bytes cannot be had, [`PictureFileError::Unusable`] when they make no picture:
     /// unknown extension, damaged, too large, deep or subsampled, or in primaries other than Rec.709.
-    pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let fail = |reason: String| SceneError::Picture { path: path.to_owned(), reason };
+    pub fn read(path: &Path) -> Result<Self, PictureFileError> {
+        let fail = |reason: String| PictureFileError::Unusable { path: path.to_owned(), reason };
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let decode = match extension.as_str() {
             "exr" => decode_exr,
@@ -56,7 +77,7 @@ impl PictureFile {
             _ => return Err(fail("its extension is none of .exr, .hdr, .pfm; convert it to OpenEXR".into())),
         };
         let bytes =
-            std::fs::read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+            std::fs::read(path).map_err(|cause| PictureFileError::Read { path: path.to_owned(), cause })?;
         let picture = decode(&bytes).map_err(fail)?;
         Ok(picture)
     }

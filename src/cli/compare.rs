@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::Exit;
+use super::{CliError, Exit};
 use crate::film::metric::{self, Comparison, NoiseSource};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{FilmError, Picture, heatmap, png};
 
 /// What the metrics mean, below the options of `--help`.
@@ -45,7 +45,7 @@ pub struct CompareArgs {
     pub heatmap: Option<PathBuf>,
     /// How pictures are displayed for psnr and flip [default: neutral, srgb when a file is PNG].
     #[arg(long)]
-    pub view: Option<View>,
+    pub view: Option<ViewTransform>,
     /// Stops of exposure for psnr and flip.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
@@ -127,13 +127,13 @@ struct Excess {
 /// # Errors
 /// Bad input: a file that cannot be read, different sizes, a black or negative reference, a limit on a metric that the
 /// pictures do not allow; or a heat map that cannot be written.
-pub fn run(args: &CompareArgs) -> Result<Exit, FilmError> {
+pub fn run(args: &CompareArgs) -> Result<Exit, CliError> {
     let picture = Picture::read(&args.picture)?;
     let reference = Picture::read(&args.reference)?;
     let is_png =
         |path: &PathBuf| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
     let is_display = is_png(&args.picture) || is_png(&args.reference);
-    let view = args.view.unwrap_or(if is_display { View::Srgb } else { View::default() });
+    let view = args.view.unwrap_or(if is_display { ViewTransform::Srgb } else { ViewTransform::default() });
     let comparison = match metric::compare(&picture, &reference, view, args.exposure) {
         Err(error @ FilmError::NonFiniteCompared { .. }) => {
             eprintln!("error: {error}");
@@ -169,20 +169,19 @@ pub fn run(args: &CompareArgs) -> Result<Exit, FilmError> {
     Ok(if beyond.is_empty() { Exit::Done } else { Exit::Failed })
 }
 
-fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), FilmError> {
+fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), CliError> {
     #[derive(Serialize)]
     struct Report<'a> {
         #[serde(flatten)]
         comparison: &'a Comparison,
         beyond: &'a [Excess],
     }
-    let json = serde_json::to_string_pretty(&Report { comparison, beyond })
-        .map_err(|error| FilmError::Report { message: error.to_string() })?;
+    let json = serde_json::to_string_pretty(&Report { comparison, beyond })?;
     println!("{json}");
     Ok(())
 }
 
-fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, view: View) {
+fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, view: ViewTransform) {
     let mean = comparison.mean;
     let noise = match (mean.standard_error, mean.source) {
         (None, _) => "noise unknown: a single tile".to_owned(),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::args::InputError;
+use crate::cli::CliError;
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
 use crate::render::Renderer;
@@ -33,14 +34,14 @@ impl Debug {
     ///
     /// # Errors
     /// A lost device, a picture that cannot be written.
-    pub fn write(self, renderer: &mut Renderer, output: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    pub fn write(self, renderer: &mut Renderer, output: &Path) -> Result<Vec<PathBuf>, CliError> {
         match self {
             Self::Subspaces => subspaces(renderer, output),
         }
     }
 }
 
-fn subspaces(renderer: &mut Renderer, output: &Path) -> anyhow::Result<Vec<PathBuf>> {
+fn subspaces(renderer: &mut Renderer, output: &Path) -> Result<Vec<PathBuf>, CliError> {
     let (Some(first), Some(model)) = (renderer.first_subspaces()?, renderer.model.clone()) else {
         log::warn!("there is no light to connect to, so there are no subspaces to show");
         return Ok(Vec::new());

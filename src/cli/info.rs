@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum as _};
 
-use super::Exit;
 use super::args::{InputError, SceneArgs};
+use super::{CliError, Exit};
 use crate::accel::Accel;
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
@@ -48,7 +48,7 @@ fn cost(feature: &str) -> &'static str {
 ///
 /// # Errors
 /// What the loader reports.
-pub fn run(args: &InfoArgs) -> anyhow::Result<Exit> {
+pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
     if args.builtins {
         builtin::NAMES.iter().for_each(|name| println!("builtin:{name}"));
         return Ok(Exit::Done);
@@ -78,7 +78,7 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn describe(scene: &Scene) -> anyhow::Result<()> {
+fn describe(scene: &Scene) -> Result<(), CliError> {
     let accel = Accel::build(scene)?;
     contents(scene, &accel);
     println!("\nfeatures that the kernels are compiled for:");
@@ -183,7 +183,7 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
         ),
         (
             "learnt for",
-            format!("{} connections, uniform share {}", settings.connections, settings.uniform_share),
+            format!("{} connections, uniform share {}", model.connections, settings.uniform_share),
         ),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]

@@ -5,6 +5,8 @@ mod bench;
 mod compare;
 mod debug;
 mod devices;
+mod error;
+mod exit;
 mod info;
 mod output;
 #[cfg(feature = "preview")]
@@ -19,30 +21,8 @@ mod train;
 
 use clap::{Parser, Subcommand};
 
-/// How a run ended; the process's exit code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Exit {
-    Done = 0,
-    /// It failed, or the compared images differ.
-    Failed = 1,
-    /// Wrong usage or bad input.
-    BadInput = 2,
-    /// The budget ended before `--error` was met.
-    ErrorNotMet = 3,
-    /// No usable device.
-    NoDevice = 4,
-    /// Non-finite values were found.
-    NonFinite = 5,
-    /// Interrupted; what was rendered is saved.
-    Interrupted = 130,
-}
-
-impl From<Exit> for std::process::ExitCode {
-    fn from(exit: Exit) -> Self {
-        Self::from(exit as u8)
-    }
-}
+pub use error::CliError;
+pub use exit::Exit;
 
 /// Below the options of `--help`.
 const EXIT_CODES: &str = "\
@@ -96,58 +76,16 @@ enum Command {
 /// Runs the subcommand.
 ///
 /// # Errors
-/// What went wrong; [`exit_code`] says how the process then ends.
-pub fn run(cli: &Cli) -> anyhow::Result<Exit> {
+/// What went wrong; [`CliError::fault`] says how the process then ends.
+pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
         #[cfg(feature = "preview")]
         Command::Preview(args) => preview::run(args, cli.quiet),
         Command::Train(args) => train::run(args, cli.quiet),
-        Command::Compare(args) => Ok(compare::run(args)?),
+        Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args, cli.quiet),
         Command::Devices => Ok(devices::run()),
     }
-}
-
-/// The exit code that belongs to an error.
-pub fn exit_code(error: &anyhow::Error) -> Exit {
-    use crate::device::DeviceError;
-    use crate::film::FilmError;
-    use crate::render::RenderError;
-    use crate::scene::SceneError;
-    use crate::subspace::SubspaceError;
-    if let Some(RenderError::Interrupted) = error.downcast_ref() {
-        return Exit::Interrupted;
-    }
-    let device = error.downcast_ref::<DeviceError>().or_else(|| match error.downcast_ref::<RenderError>() {
-        Some(RenderError::Device(device)) => Some(device),
-        _ => None,
-    });
-    match device {
-        Some(
-            DeviceError::NoAdapter
-            | DeviceError::NotFound { .. }
-            | DeviceError::Open { .. }
-            | DeviceError::CutsLoops { .. },
-        ) => return Exit::NoDevice,
-        Some(DeviceError::Scene(_)) => return Exit::BadInput,
-        Some(DeviceError::Subspace(subspace)) if subspace.is_bad_input() => return Exit::BadInput,
-        Some(_) => return Exit::Failed,
-        None => {}
-    }
-    #[cfg(feature = "preview")]
-    if let Some(error) = error.downcast_ref() {
-        use crate::preview::PreviewError;
-        return match error {
-            PreviewError::Input(_) => Exit::BadInput,
-            _ => Exit::Failed,
-        };
-    }
-    let input = error.is::<SceneError>()
-        || error.is::<args::InputError>()
-        || error.downcast_ref().is_some_and(FilmError::is_bad_input)
-        || error.downcast_ref().is_some_and(SubspaceError::is_bad_input)
-        || error.is::<RenderError>();
-    if input { Exit::BadInput } else { Exit::Failed }
 }

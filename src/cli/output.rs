@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::Context as _;
-
+use super::CliError;
 use super::trace::Trace;
 use crate::bench::trade::Point;
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, exr, png, tev};
 use crate::render::{Origin, Renderer, Report};
 
@@ -20,7 +19,7 @@ pub struct Output {
     pub files: Vec<PathBuf>,
     /// How the files came to be.
     pub origin: Origin,
-    pub view: View,
+    pub view: ViewTransform,
     /// Stops.
     pub exposure: f32,
     pub save_every: Option<Duration>,
@@ -49,7 +48,7 @@ impl Output {
     ///
     /// # Errors
     /// A lost device, files that cannot be written, a viewer that has gone.
-    pub fn update(&mut self, renderer: &mut Renderer) -> anyhow::Result<()> {
+    pub fn update(&mut self, renderer: &mut Renderer) -> Result<(), CliError> {
         let picture = renderer.picture()?;
         if let Some(trace) = self.trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
             trace.look(&renderer.report()?, &picture)?;
@@ -69,7 +68,7 @@ impl Output {
     ///
     /// # Errors
     /// As [`Output::update`].
-    pub fn finish(&mut self, picture: Picture, report: &Report) -> anyhow::Result<Option<Point>> {
+    pub fn finish(&mut self, picture: Picture, report: &Report) -> Result<Option<Point>, CliError> {
         if let Some(viewer) = &mut self.viewer {
             viewer.show(&self.title, &picture)?;
         }
@@ -79,15 +78,14 @@ impl Output {
         judged
     }
 
-    fn write(&self, mut picture: Picture, report: &Report) -> anyhow::Result<()> {
+    fn write(&self, mut picture: Picture, report: &Report) -> Result<(), CliError> {
         picture.metadata = report.metadata(&self.origin);
         for file in &self.files {
             if file.extension().is_some_and(|extension| extension == "png") {
                 png::write(file, &picture, self.view, self.exposure)
             } else {
                 exr::write(file, &picture)
-            }
-            .with_context(|| format!("the picture was not saved to {}", file.display()))?;
+            }?;
         }
         Ok(())
     }

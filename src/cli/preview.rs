@@ -11,8 +11,8 @@ use super::args::{
     CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, read_reference,
     say_what_is_missing,
 };
-use super::{Exit, progress};
-use crate::integrator::{Descriptor, METHODS};
+use super::{CliError, Exit, progress};
+use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
@@ -47,7 +47,7 @@ pub struct PreviewArgs {
 }
 
 /// With a camera where it has none, as for every render: a model of the scene is of that camera, too.
-fn load(source: &SceneArgs, camera: &CameraArgs) -> anyhow::Result<Arc<Scene>> {
+fn load(source: &SceneArgs, camera: &CameraArgs) -> Result<Arc<Scene>, CliError> {
     let mut scene = source.load()?;
     camera.choose(&mut scene)?;
     Ok(Arc::new(scene))
@@ -57,7 +57,7 @@ fn load(source: &SceneArgs, camera: &CameraArgs) -> anyhow::Result<Arc<Scene>> {
 ///
 /// # Errors
 /// Bad input, no desktop, no device.
-pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     // Before anything that takes long.
     let display = Display::open()?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, ""));
@@ -83,13 +83,14 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> anyhow::Result<Exit> {
     }
     // The window places its camera itself.
     let options = args.picture.options(&scene, 0);
-    let options = RenderOptions { seed: args.seed.seed, model, training, ..options };
+    let view = View { seed: args.seed.seed, ..options.view };
+    let options = RenderOptions { view, model, training, ..options };
     let (source, camera) = (args.scene.clone(), args.camera.clone());
     let settings = Settings {
         context,
         scene,
         camera: args.camera.viewpoint(),
-        loader: Box::new(move || load(&source, &camera).map_err(|error| format!("{error:#}"))),
+        loader: Box::new(move || load(&source, &camera).map_err(|error| error.to_string())),
         files: args.scene.files(),
         options,
         methods,

@@ -15,10 +15,13 @@ use super::debug::Debug;
 use super::output::Output;
 use super::progress::{self, Meter};
 use super::trace::TraceArgs;
-use super::{Exit, strategies, summary};
+use super::{CliError, Exit, strategies, summary};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::{Region, tev};
-use crate::render::{Budget, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop};
+use crate::integrator::View;
+use crate::render::{
+    Budget, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop, TimeLimit,
+};
 use crate::scene::Scene;
 use crate::training::When;
 
@@ -88,7 +91,7 @@ pub struct RenderArgs {
 ///
 /// # Errors
 /// Bad input, no device, or a picture that cannot be written.
-pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let files = args.files()?;
     let viewer = args.tev.as_deref().map(tev::Viewer::connect).transpose()?;
     let load_start = Instant::now();
@@ -100,10 +103,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let mut options = args.options(&scene, camera)?;
     options.model = args.model.load(scene_hash, options.method)?;
     let strategies = match args.strategies {
-        Some(_) => strategies::list(options.method, options.max_depth)?,
+        Some(_) => strategies::list(options.method, options.view.max_depth)?,
         None => Vec::new(),
     };
-    let shown = options.region();
+    let shown = options.view.region();
     let trace = args.trace.open([shown.width, shown.height])?;
 
     progress::install_interrupt();
@@ -111,7 +114,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     let (mut renderer, learning) = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
     let origin = Origin {
         method: options.method,
-        seed: options.seed,
+        seed: options.view.seed,
         scene_hash,
         device: context.describe(),
         command_line: command_line(),
@@ -177,15 +180,15 @@ impl RenderArgs {
         if let Some(debug) = self.debug {
             debug.check(method)?;
         }
+        let picture = self.picture.options(scene, camera);
         Ok(RenderOptions {
-            crop: self.crop,
-            seed: self.seed.seed,
+            view: View { crop: self.crop, seed: self.seed.seed, ..picture.view },
             method,
-            budget: Budget { samples, time: self.time, error: self.error },
+            budget: Budget { samples, time: self.time.map(TimeLimit::Total), error: self.error },
             first_hit_layers: true,
             timing: self.stats.is_some(),
             training: self.method.training()?,
-            ..self.picture.options(scene, camera)
+            ..picture
         })
     }
 
@@ -234,7 +237,7 @@ fn render(
     output: &mut Output,
     mut meter: Meter,
     budget: &Budget,
-) -> anyhow::Result<Stop> {
+) -> Result<Stop, CliError> {
     loop {
         // A pause of the loop, to save, to show or to judge the picture, is no end.
         let mut pause = false;
@@ -257,7 +260,7 @@ fn meter(quiet: bool, budget: &Budget, learning: Duration) -> Meter {
         quiet,
         match (budget.samples, budget.time) {
             (Some(samples), _) => Some(u64::from(samples)),
-            (None, Some(time)) => Some(time.saturating_sub(learning).as_millis() as u64),
+            (None, Some(time)) => Some(time.for_rendering(learning).as_millis() as u64),
             (None, None) => None,
         },
     )

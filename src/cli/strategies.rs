@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::Context as _;
-
 use super::args::InputError;
+use crate::cli::CliError;
 use crate::film::contact_sheet::{self, Frame};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, exr};
 use crate::integrator::{Method, Strategy};
 use crate::render::{RenderOptions, Renderer};
@@ -48,15 +47,14 @@ pub fn write(
     options: &RenderOptions,
     strategies: &[[u32; 2]],
     directory: &Path,
-    view: View,
+    view: ViewTransform,
     mut interrupted: impl FnMut() -> bool,
-) -> anyhow::Result<()> {
-    std::fs::create_dir_all(directory)
-        .with_context(|| format!("cannot make the folder {}", directory.display()))?;
+) -> Result<(), CliError> {
+    std::fs::create_dir_all(directory).map_err(CliError::folder(directory))?;
     for (name, weighted) in [("weighted", true), ("unweighted", false)] {
         let mut pictures: Vec<([u32; 2], Picture)> = Vec::new();
         for &[s, t] in strategies {
-            renderer.restart(options.seed, Some(Strategy { s, t, weighted }))?;
+            renderer.restart(options.view.seed, Some(Strategy { s, t, weighted }))?;
             renderer.run(|_| interrupted())?;
             if interrupted() {
                 return Ok(());

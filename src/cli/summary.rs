@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::Context as _;
-
+use super::CliError;
 use super::progress::say_choices;
 use crate::bench::trade::Point;
 use crate::device::Context;
@@ -13,8 +12,8 @@ use crate::training::TrainingResult;
 
 /// Tells what a render did.
 pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
-    let rate =
-        f64::from(report.samples) * f64::from(options.width) * f64::from(options.height) / report.seconds;
+    let rate = f64::from(report.samples) * f64::from(options.view.width) * f64::from(options.view.height)
+        / report.seconds;
     let reason = match report.stop {
         Stop::Samples => "--spp reached",
         Stop::Time => "--time reached",
@@ -111,6 +110,7 @@ pub fn training_stats(trained: &TrainingResult, report: &Report) -> serde_json::
         "round_losses": trained.losses,
         "choices": trained.choices,
         "subspaces": model.subspaces,
+        "connections": model.connections,
         "settings": model.settings,
         "training": model.report,
     })
@@ -125,9 +125,8 @@ pub fn write_stats(
     mut value: serde_json::Value,
     context: &Context,
     load_seconds: f64,
-) -> anyhow::Result<()> {
+) -> Result<(), CliError> {
     value["device"] = context.describe().into();
     value["load_seconds"] = load_seconds.into();
-    std::fs::write(path, serde_json::to_string_pretty(&value)?)
-        .with_context(|| format!("cannot write the report to {}", path.display()))
+    std::fs::write(path, serde_json::to_string_pretty(&value)?).map_err(CliError::write("the report", path))
 }

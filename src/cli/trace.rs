@@ -2,13 +2,13 @@
 
 use std::fs::File;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::args::{check_folder, read_reference};
 use crate::bench::trade::{Point, look};
+use crate::cli::CliError;
 use crate::film::Picture;
 use crate::render::Report;
 
@@ -36,13 +36,13 @@ impl TraceArgs {
     ///
     /// # Errors
     /// A reference that cannot be read or is of another size; a file that cannot be written.
-    pub fn open(&self, size: [u32; 2]) -> anyhow::Result<Option<Trace>> {
+    pub fn open(&self, size: [u32; 2]) -> Result<Option<Trace>, CliError> {
         let Some(path) = &self.reference else { return Ok(None) };
         let reference = read_reference(path, size)?;
         let mut trace = Trace { reference, file: None, last: None };
         if let Some(path) = &self.trace_error {
             check_folder(path)?;
-            let file = File::create(path).with_context(|| cannot_write(path))?;
+            let file = File::create(path).map_err(CliError::write("the errors", path))?;
             trace.file = Some((file, path.clone()));
             trace.write(Point::COLUMNS)?;
         }
@@ -60,7 +60,7 @@ impl Trace {
     ///
     /// # Errors
     /// A full disk.
-    pub fn look(&mut self, report: &Report, picture: &Picture) -> anyhow::Result<Point> {
+    pub fn look(&mut self, report: &Report, picture: &Picture) -> Result<Point, CliError> {
         // Times are the clock's; the device's pace is for benchmarks.
         let point = look(report, picture, &self.reference, [0.0; 2])?;
         if self.last.is_none_or(|last| last.samples < point.samples) {
@@ -70,14 +70,10 @@ impl Trace {
         Ok(point)
     }
 
-    fn write(&mut self, line: &str) -> anyhow::Result<()> {
+    fn write(&mut self, line: &str) -> Result<(), CliError> {
         match &mut self.file {
-            Some((file, path)) => writeln!(file, "{line}").with_context(|| cannot_write(path)),
+            Some((file, path)) => writeln!(file, "{line}").map_err(CliError::write("the errors", path)),
             None => Ok(()),
         }
     }
-}
-
-fn cannot_write(path: &Path) -> String {
-    format!("cannot write the errors to {}", path.display())
 }

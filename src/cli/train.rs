@@ -8,8 +8,8 @@ use clap::Args;
 use super::args::method::LearnArgs;
 use super::args::picture::{PictureArgs, SeedArgs};
 use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output};
-use super::{Exit, progress, summary};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt};
+use super::{CliError, Exit, progress, summary};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt, View};
 use crate::render::{Prepared, RenderOptions};
 use crate::scene::{Scene, SceneFeatures};
 use crate::training::{Training, When};
@@ -44,10 +44,10 @@ pub struct TrainArgs {
 ///
 /// # Errors
 /// Bad input, a scene without light, no device, or a file that cannot be written.
-pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
     check_output(&output)?;
-    let training = args.learn.training(Training::default(), args.connections)?;
+    let training = args.learn.training(Training::default())?;
     let training = Training { when: Some(When::First), ..training };
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
@@ -57,11 +57,12 @@ pub fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Exit> {
 
     progress::install_interrupt();
     let context = args.picture.device.open(quiet)?;
+    let picture = args.picture.options(&scene, camera);
     let options = RenderOptions {
-        seed: args.seed.seed,
+        view: View { seed: args.seed.seed, ..picture.view },
         method: Method::SpcBpt(SpcBpt { connections: args.connections, ..SpcBpt::default() }),
         training,
-        ..args.picture.options(&scene, camera)
+        ..picture
     };
     let mut prepared = Prepared::new(&context, &scene, options)?;
     let trained = progress::learn(&mut prepared, quiet)?;

@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 
+use crate::fault::Fault;
 use crate::math::MathError;
 use crate::scene::SceneError;
-use crate::subspace::SubspaceError;
 
 /// The device, its shaders and its memory.
 #[derive(Debug, Error)]
@@ -26,8 +26,6 @@ pub enum DeviceError {
     CutsLoops { device: String, counts: Vec<u32>, expected: Vec<u32> },
     #[error("no shader file '{name}'; this is a defect of Halfway, please report it")]
     UnknownShader { name: String },
-    #[error("learning beside the render failed: {message}; try --learn first")]
-    Thread { message: String },
     #[error("{location}: {message}")]
     Shader { location: String, message: String },
     #[error("the driver refuses the kernel {kernel}: {message}")]
@@ -51,17 +49,29 @@ pub enum DeviceError {
     Math(#[from] MathError),
     #[error(transparent)]
     Scene(#[from] SceneError),
-    #[error(transparent)]
-    Subspace(Box<SubspaceError>),
-    /// By those who asked for it; no user sees it.
+    /// The caller asked for it; users do not see it.
     #[error("what was being rendered was abandoned")]
     Abandoned,
     #[error("the device was lost ({message}); the picture so far is what was saved last")]
     Lost { message: String },
 }
 
-impl From<SubspaceError> for DeviceError {
-    fn from(error: SubspaceError) -> Self {
-        Self::Subspace(Box::new(error))
+impl DeviceError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoAdapter | Self::NotFound { .. } | Self::Open { .. } | Self::CutsLoops { .. } => {
+                Fault::Device
+            }
+            Self::UnknownShader { .. }
+            | Self::Shader { .. }
+            | Self::Pipeline { .. }
+            | Self::MissingBuffer { .. } => Fault::Defect,
+            Self::BufferTooLarge { .. } | Self::OutOfMemory { .. } | Self::Lost { .. } => Fault::Machine,
+            Self::TreeTooDeep { .. } => Fault::Input,
+            Self::Math(error) => error.fault(),
+            Self::Scene(error) => error.fault(),
+            Self::Abandoned => Fault::Interrupted,
+        }
     }
 }

@@ -1,11 +1,11 @@
-//! The start-up check: a driver that cuts long loops short would give wrong pictures without a word (N-01).
+//! The start-up check: a driver that cuts long loops short would give wrong pictures without an error.
 
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::kernels::Kernel;
 use crate::device::DeviceError;
 
-/// Runs `loop_check.wgsl`, whose loops are longer than any we trace with.
+/// Runs `loop_check.wgsl`, whose loops are longer than any that rendering has.
 ///
 /// # Errors
 /// [`DeviceError::CutsLoops`] with the counts found and what to install.

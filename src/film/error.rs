@@ -4,17 +4,18 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::scene::SceneError;
+use crate::fault::Fault;
+use crate::picture_file::PictureFileError;
 
 /// Pictures: reading, writing, comparing.
 #[derive(Debug, Error)]
 pub enum FilmError {
     #[error(transparent)]
-    Input(#[from] SceneError),
+    Input(#[from] PictureFileError),
     #[error(
-        "cannot write {path}: {source}; choose another place or make room (an existing file is left as it was)"
+        "cannot write {path}: {cause}; choose another place or make room (an existing file is left as it was)"
     )]
-    Write { path: PathBuf, source: std::io::Error },
+    Write { path: PathBuf, cause: std::io::Error },
     #[error(
         "cannot show {path}: {count} pixels are NaN or infinite; find them in the EXR, they are a bug to report"
     )]
@@ -43,23 +44,22 @@ pub enum FilmError {
          `halfway render` writes them, or leave that limit out"
     )]
     MetricUnknown { metric: String },
-    #[error("cannot write the report: {message}; this is a defect of Halfway, please report it")]
-    Report { message: String },
-    #[error("tev at {address}: {source}; start the viewer first, or give its address with --tev HOST:PORT")]
-    Viewer { address: String, source: std::io::Error },
+    #[error("tev at {address}: {cause}; start the viewer first, or give its address with --tev HOST:PORT")]
+    Viewer { address: String, cause: std::io::Error },
 }
 
 impl FilmError {
-    /// True where the user's files or options are at fault, false where writing or a viewer failed.
-    pub fn is_bad_input(&self) -> bool {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
         match self {
-            Self::Input(_)
-            | Self::Sizes { .. }
+            Self::Input(error) => error.fault(),
+            Self::Sizes { .. }
             | Self::NonFiniteCompared { .. }
             | Self::BlackReference
             | Self::NegativeReference { .. }
-            | Self::MetricUnknown { .. } => true,
-            Self::Write { .. } | Self::NonFinite { .. } | Self::Report { .. } | Self::Viewer { .. } => false,
+            | Self::MetricUnknown { .. } => Fault::Input,
+            Self::Write { .. } | Self::Viewer { .. } => Fault::Machine,
+            Self::NonFinite { .. } => Fault::Defect,
         }
     }
 }

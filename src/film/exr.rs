@@ -19,7 +19,7 @@ use crate::picture_file::REC709;
 /// [`FilmError::Write`] when the file cannot be written.
 pub fn write(path: &Path, picture: &Picture) -> Result<(), FilmError> {
     let bytes = encode(picture)
-        .map_err(|error| FilmError::Write { path: path.to_owned(), source: std::io::Error::other(error) })?;
+        .map_err(|error| FilmError::Write { path: path.to_owned(), cause: std::io::Error::other(error) })?;
     write_atomic(path, &bytes)
 }
 

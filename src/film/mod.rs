@@ -17,8 +17,7 @@ pub mod write;
 
 use std::path::Path;
 
-use crate::picture_file::PictureFile;
-use crate::scene::SceneError;
+use crate::picture_file::{PictureFile, PictureFileError};
 
 pub use crate::picture_file::Attribute;
 pub use error::FilmError;
@@ -112,7 +111,8 @@ impl Picture {
             return png::read(path);
         }
         let file = PictureFile::read(path)?;
-        let rgb = file.rgb().map_err(|reason| SceneError::Picture { path: path.to_owned(), reason })?;
+        let rgb =
+            file.rgb().map_err(|reason| PictureFileError::Unusable { path: path.to_owned(), reason })?;
         let mut picture = Self::new(file.width, file.height, rgb);
         picture.metadata = file.attributes;
         for (name, samples) in file.channels {

@@ -1,18 +1,18 @@
-//! PNG: display pictures of 8 bits a channel out, 8 or 16 bits in.
+//! PNG: display pictures of 8 bits per channel out, 8 or 16 bits in.
 
 use std::io::Cursor;
 use std::path::Path;
 
-use super::tonemap::{View, srgb_decode, srgb_encode};
+use super::tonemap::{ViewTransform, srgb_decode, srgb_encode};
 use super::{Picture, write::write_atomic};
 use crate::film::FilmError;
-use crate::scene::SceneError;
+use crate::picture_file::PictureFileError;
 
 /// Writes what the picture looks like on a screen through `view` at `exposure` stops.
 ///
 /// # Errors
 /// [`FilmError::NonFinite`] when a pixel has no colour, [`FilmError::Write`] when the file cannot be written.
-pub fn write(path: &Path, picture: &Picture, view: View, exposure: f32) -> Result<(), FilmError> {
+pub fn write(path: &Path, picture: &Picture, view: ViewTransform, exposure: f32) -> Result<(), FilmError> {
     let count = picture.rgb.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count();
     if count > 0 {
         return Err(FilmError::NonFinite { path: path.to_owned(), count });
@@ -22,7 +22,7 @@ pub fn write(path: &Path, picture: &Picture, view: View, exposure: f32) -> Resul
 }
 
 /// The sRGB bytes of a radiance.
-pub fn pixel(radiance: [f32; 3], view: View, exposure: f32) -> [u8; 3] {
+pub fn pixel(radiance: [f32; 3], view: ViewTransform, exposure: f32) -> [u8; 3] {
     view.display(exposure, radiance).map(|linear| to_byte(srgb_encode(linear)))
 }
 
@@ -32,7 +32,7 @@ pub fn pixel(radiance: [f32; 3], view: View, exposure: f32) -> [u8; 3] {
 /// [`FilmError::Write`] when the file cannot be written.
 pub fn write_bytes(path: &Path, width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<(), FilmError> {
     let bytes = encode(width, height, pixels.as_flattened())
-        .map_err(|error| FilmError::Write { path: path.to_owned(), source: error.into() })?;
+        .map_err(|error| FilmError::Write { path: path.to_owned(), cause: error.into() })?;
     write_atomic(path, &bytes)
 }
 
@@ -53,10 +53,11 @@ fn encode(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, png::EncodingE
 /// # Errors
 /// [`FilmError::Input`] when the file cannot be read or decoded.
 pub fn read(path: &Path) -> Result<Picture, FilmError> {
-    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+    let bytes =
+        std::fs::read(path).map_err(|cause| PictureFileError::Read { path: path.to_owned(), cause })?;
     let decoded = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png)
         .decode()
-        .map_err(|error| SceneError::Picture {
+        .map_err(|error| PictureFileError::Unusable {
             path: path.to_owned(),
             reason: format!("it is damaged or not PNG ({error}); export it again"),
         })?;

@@ -16,7 +16,7 @@ use crate::film::FilmError;
 /// [`FilmError::Write`] with the system's reason; nothing is left behind.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FilmError> {
     replace(path, |file| file.write_all(bytes))
-        .map_err(|source| FilmError::Write { path: path.to_owned(), source })
+        .map_err(|cause| FilmError::Write { path: path.to_owned(), cause })
 }
 
 fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
@@ -54,7 +54,7 @@ fn beside(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// A disk that fills up half-way, made from the one device that always says so.
+    /// A disk that fills up half-way, made from the one device that always reports it.
     fn write_until_full(file: &mut File) -> io::Result<()> {
         file.write_all(b"the first half")?;
         File::options().write(true).open("/dev/full")?.write_all(b"the second")

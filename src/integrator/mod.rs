@@ -4,6 +4,7 @@ pub(crate) mod bidirectional;
 pub mod method;
 mod path;
 pub mod plan;
+mod view;
 pub(crate) mod wavefront;
 
 use serde::Serialize;
@@ -17,11 +18,9 @@ use crate::subspace::Model;
 pub use bidirectional::settings::{Bdpt, DEFAULT_CONNECTIONS, LightTracing, LvcBpt, MAX_CONNECTIONS, SpcBpt};
 pub use method::{Descriptor, METHODS, Method};
 pub use plan::{LightPaths, Plan, Selector, Weights};
+pub use view::{DEFAULT_ROULETTE_CAP, View};
 pub use wavefront::submission::SubmissionLimit;
 pub use wavefront::{RayCounts, Wavefront};
-
-/// Least probability that a path goes on after a surface, where none is asked for.
-pub const DEFAULT_ROULETTE_CAP: f32 = 0.3;
 
 /// Something that nobody asked for, and why it is so.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,17 +48,7 @@ pub struct Strategy {
 /// Settings that every integrator understands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The whole picture, pixels.
-    pub width: u32,
-    pub height: u32,
-    /// The part that is rendered.
-    pub region: Region,
-    /// Paths end after this many surfaces; `None` leaves their end to roulette.
-    pub max_depth: Option<u32>,
-    /// Least probability that a path goes on after a surface.
-    pub roulette_cap: f32,
-    /// The user's seed.
-    pub seed: u64,
+    pub view: View,
     pub method: Method,
     /// Of a bidirectional integrator, show this strategy only.
     pub strategy: Option<Strategy>,

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::fault::Fault;
+
 /// Mathematics on the host.
 #[derive(Debug, PartialEq, Error)]
 pub enum MathError {
@@ -17,4 +19,14 @@ pub enum MathError {
         "all {count} weights are zero, so none can be drawn; skip the distribution where nothing has weight"
     )]
     AllWeightsZero { count: usize },
+}
+
+impl MathError {
+    /// Whose fault it is: callers leave out what has no weight, so only sizes are the scene's.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::TooManyWeights { .. } => Fault::Input,
+            Self::NoWeights | Self::BadWeight { .. } | Self::AllWeightsZero { .. } => Fault::Defect,
+        }
+    }
 }

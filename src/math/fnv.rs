@@ -16,7 +16,7 @@ impl Fnv {
             word[..chunk.len()].copy_from_slice(chunk);
             self.0 = (self.0 ^ u64::from_le_bytes(word)).wrapping_mul(0x0000_0100_0000_01b3);
         }
-        // The length tells parts apart that share their edge.
+        // The length separates parts that share their edge.
         self.0 = (self.0 ^ bytes.len() as u64).wrapping_mul(0x0000_0100_0000_01b3);
     }
 }

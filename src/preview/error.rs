@@ -1,12 +1,13 @@
-//! preview
+//! What goes wrong in the preview window.
 
 use thiserror::Error;
 
 use crate::device::DeviceError;
+use crate::fault::Fault;
 use crate::render::RenderError;
 use crate::scene::ViewpointError;
 
-/// The preview window.
+/// See the module.
 #[derive(Debug, Error)]
 pub enum PreviewError {
     #[error(
@@ -28,4 +29,18 @@ pub enum PreviewError {
     Render(#[from] RenderError),
     #[error(transparent)]
     Device(#[from] DeviceError),
+}
+
+impl PreviewError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoDisplay { .. } | Self::Window { .. } | Self::NeverOpened | Self::Lost { .. } => {
+                Fault::Machine
+            }
+            Self::Input(error) => error.fault(),
+            Self::Render(error) => error.fault(),
+            Self::Device(error) => error.fault(),
+        }
+    }
 }

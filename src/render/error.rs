@@ -4,7 +4,10 @@ use thiserror::Error;
 
 use crate::accel::AccelError;
 use crate::device::DeviceError;
+use crate::fault::Fault;
 use crate::film::FilmError;
+use crate::subspace::SubspaceError;
+use crate::training::TrainingError;
 
 /// Rendering a scene to a picture.
 #[derive(Debug, Error)]
@@ -24,6 +27,10 @@ pub enum RenderError {
         "interrupted while it learnt, so there is nothing to save yet; start it again, or ask for fewer --train-paths"
     )]
     Interrupted,
+    #[error("cannot start a thread for {purpose} ({cause}); end other programs and start it again")]
+    Thread { purpose: &'static str, cause: std::io::Error },
+    #[error("{what} broke down, stderr says where; this is a defect of Halfway, please report it")]
+    Panicked { what: &'static str },
     /// Comparing the picture with a reference.
     #[error(transparent)]
     Film(#[from] FilmError),
@@ -31,4 +38,35 @@ pub enum RenderError {
     Accel(#[from] AccelError),
     #[error(transparent)]
     Device(#[from] DeviceError),
+    #[error(transparent)]
+    Subspace(#[from] SubspaceError),
+}
+
+impl RenderError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoCamera { .. } | Self::BadRegion { .. } | Self::TooManyPixels { .. } => Fault::Input,
+            Self::Interrupted => Fault::Interrupted,
+            Self::Thread { .. } => Fault::Machine,
+            Self::Panicked { .. } => Fault::Defect,
+            Self::Film(error) => error.fault(),
+            Self::Accel(error) => error.fault(),
+            Self::Device(error) => error.fault(),
+            Self::Subspace(error) => error.fault(),
+        }
+    }
+}
+
+/// A device that is lost is that, whether it is lost while learning or while rendering: callers match on one variant.
+impl From<TrainingError> for RenderError {
+    fn from(error: TrainingError) -> Self {
+        match error {
+            TrainingError::Device(error) => Self::Device(error),
+            TrainingError::Subspace(error) => Self::Subspace(error),
+            TrainingError::Interrupted => Self::Interrupted,
+            TrainingError::Thread { cause } => Self::Thread { purpose: "learning", cause },
+            TrainingError::Panicked => Self::Panicked { what: "learning" },
+        }
+    }
 }

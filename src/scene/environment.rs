@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3A};
 use rayon::prelude::*;
 
 use crate::math::equal_area::square_to_azimuth;
-use crate::picture_file::PictureFile;
+use crate::picture_file::{PictureFile, PictureFileError};
 use crate::scene::SceneError;
 
 /// The most texels along an edge of an [`EqualAreaMap`].
@@ -39,10 +39,10 @@ impl Environment {
     /// Reads `.exr`, `.hdr` or `.pfm`; scale 1, no rotation.
     ///
     /// # Errors
-    /// [`SceneError::Read`] or [`SceneError::Picture`]: no such file, no picture, no colours, or a texel that is
-    /// negative, infinite or NaN.
+    /// [`SceneError::Picture`]: no such file, no picture, no colours, or a texel that is negative,
+    /// infinite or NaN.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let fail = |reason: String| SceneError::Picture { path: path.to_owned(), reason };
+        let fail = |reason| SceneError::from(PictureFileError::Unusable { path: path.to_owned(), reason });
         let picture = PictureFile::read(path)?;
         let texels = picture.rgb().map_err(fail)?;
         let bad = |texel: &[f32; 3]| !texel.iter().all(|value| value.is_finite() && *value >= 0.0);

@@ -4,15 +4,18 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::fault::Fault;
+use crate::picture_file::PictureFileError;
+
 /// Reading a scene. `code` is the name that the Khronos glTF validator gives the fault, where it has one.
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// A file that the scene names, or the scene itself.
-    #[error("cannot read {path}: {source}; check that the file is there and readable")]
-    Read { path: PathBuf, source: std::io::Error },
+    #[error("cannot read {path}: {cause}; check that the file is there and readable")]
+    Read { path: PathBuf, cause: std::io::Error },
     /// A picture other than a texture, such as an environment.
-    #[error("cannot use the picture {path}: {reason}")]
-    Picture { path: PathBuf, reason: String },
+    #[error(transparent)]
+    Picture(#[from] PictureFileError),
     #[error(
         "the environment (brightest value {brightest}) cannot be scaled by {scale} and rotated by {rotation}; \
          give --env-scale a finite factor of at least 0, small enough for the product, and --env-rotate a finite angle"
@@ -22,8 +25,8 @@ pub enum SceneError {
     #[error("not a readable glTF file: {detail} ({code}); export or download it again")]
     Container { code: &'static str, detail: String },
     /// The JSON does not parse, or has another shape than glTF 2.0 prescribes.
-    #[error("the glTF JSON is malformed: {source}; export the file again")]
-    Json { source: serde_json::Error },
+    #[error("the glTF JSON is malformed: {cause}; export the file again")]
+    Json { cause: serde_json::Error },
     /// Another major version of glTF.
     #[error("glTF version {version} is not supported, only 2.0 is; convert the file")]
     Version { version: String },
@@ -45,6 +48,23 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::Picture(error) => error.fault(),
+            Self::Read { .. }
+            | Self::EnvironmentScale { .. }
+            | Self::Container { .. }
+            | Self::Json { .. }
+            | Self::Version { .. }
+            | Self::Uri { .. }
+            | Self::Extensions { .. }
+            | Self::Limit { .. }
+            | Self::Image { .. }
+            | Self::Invalid { .. } => Fault::Input,
+        }
+    }
+
     pub(crate) fn invalid(at: impl Into<String>, code: &'static str, detail: impl Into<String>) -> Self {
         Self::Invalid { at: at.into(), code, detail: detail.into() }
     }
@@ -77,4 +97,20 @@ pub enum ViewpointError {
         "no picture has {up} upright when it looks from {from} at {at}; give another direction by --look-up"
     )]
     NoUpright { up: String, from: String, at: String },
+}
+
+impl ViewpointError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoCamera { .. }
+            | Self::UnknownCamera { .. }
+            | Self::NotPerspective { .. }
+            | Self::NotOrthographic { .. }
+            | Self::FieldOfView { .. }
+            | Self::Height { .. }
+            | Self::SamePoint
+            | Self::NoUpright { .. } => Fault::Input,
+        }
+    }
 }

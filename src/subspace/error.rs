@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::fault::Fault;
 use crate::film::FilmError;
 use crate::math::MathError;
 
@@ -30,10 +31,10 @@ pub enum SubspaceError {
     #[error(transparent)]
     Write(#[from] FilmError),
     #[error(
-        "cannot read the model {path}: {source}; check that the file is there and readable, or train again (`halfway \
+        "cannot read the model {path}: {cause}; check that the file is there and readable, or train again (`halfway \
          train`)"
     )]
-    Read { path: PathBuf, source: std::io::Error },
+    Read { path: PathBuf, cause: std::io::Error },
     #[error(
         "{path} is no model of Halfway's subspaces; give a file that `halfway train` wrote, or train again"
     )]
@@ -58,8 +59,8 @@ pub enum SubspaceError {
 }
 
 impl SubspaceError {
-    /// True where the user's files, options or scene are at fault.
-    pub fn is_bad_input(&self) -> bool {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
         match self {
             Self::Setting { .. }
             | Self::NoLight { .. }
@@ -68,8 +69,10 @@ impl SubspaceError {
             | Self::Version { .. }
             | Self::WrongScene { .. }
             | Self::Truncated { .. }
-            | Self::Damaged { .. } => true,
-            Self::UnknownTile { .. } | Self::UnknownLight { .. } | Self::Math(_) | Self::Write(_) => false,
+            | Self::Damaged { .. } => Fault::Input,
+            Self::UnknownTile { .. } | Self::UnknownLight { .. } => Fault::Defect,
+            Self::Math(error) => error.fault(),
+            Self::Write(error) => error.fault(),
         }
     }
 }

@@ -6,18 +6,22 @@ use serde::Serialize;
 use super::gamma::{Loss, Tried};
 use super::settings::Settings;
 use super::sources::{SourceLabels, label_of};
+use super::train::TrainingInput;
 use super::training::{Feature, LightEnd};
 use super::tree::Tree;
+use crate::math::MathError;
 use crate::math::alias::{AliasEntry, AliasTable};
-use crate::subspace::SubspaceError;
 
 /// Classification, Gamma and Q of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Of the scene that it was trained on.
     pub scene_hash: u64,
+    /// N, connections of an eye vertex that it was trained for.
+    pub connections: u32,
     /// What it was trained with.
     pub settings: Settings,
+    pub seed: u64,
     /// K, eye subspaces and as many light subspaces.
     pub subspaces: u32,
     pub eye_tree: Tree,
@@ -42,14 +46,16 @@ pub struct GammaTables {
 
 impl Model {
     /// One subspace a side, and a Q that says nothing: any light vertex is as good as its power.
-    pub fn untrained(lights: usize, scene_hash: u64, settings: Settings) -> Self {
+    pub fn untrained(input: &TrainingInput, settings: Settings) -> Self {
         Self {
-            scene_hash,
+            scene_hash: input.scene_hash,
+            connections: input.connections,
+            seed: input.seed,
             settings,
             subspaces: 1,
             eye_tree: Tree::single(0),
             light_tree: Tree::single(0),
-            sources: vec![SourceLabels { first: 0, divisions: 1 }; lights],
+            sources: vec![SourceLabels { first: 0, divisions: 1 }; input.lights.len()],
             gamma: vec![1.0],
             q: vec![1.0],
             report: TrainingReport::default(),
@@ -68,7 +74,7 @@ impl Model {
     ///
     /// # Errors
     /// A row that is no distribution; no row of a trained or loaded model is.
-    pub fn tables(&self) -> Result<GammaTables, SubspaceError> {
+    pub fn tables(&self) -> Result<GammaTables, MathError> {
         let k = self.subspaces as usize;
         let rows: Vec<(AliasTable, Vec<f32>)> = self
             .gamma
@@ -79,7 +85,7 @@ impl Model {
                 let pdf = (0..k).map(|column| table.pdf_select(column) as f32).collect();
                 Ok((table, pdf))
             })
-            .collect::<Result<_, SubspaceError>>()?;
+            .collect::<Result<_, MathError>>()?;
         Ok(GammaTables {
             entries: rows.iter().flat_map(|(table, _)| table.entries()).copied().collect(),
             pdf: rows.into_iter().flat_map(|(_, pdf)| pdf).collect(),

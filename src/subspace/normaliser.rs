@@ -7,7 +7,7 @@ use super::training::LightSample;
 use super::tree::Tree;
 
 /// Least Q relative to the mean of the subspaces that can occur. A light path that ends where the estimate saw none is
-/// connected like any other: with Q = 0 its energy would be lost (`algorithm.md` 1.2).
+/// connected like any other: with Q = 0 its energy would be lost.
 pub const FLOOR: f64 = 1e-3;
 
 /// Estimates of Q, before and after the floor.

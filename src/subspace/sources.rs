@@ -8,22 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::training::LightEnd;
-
-/// What a light is, in unit space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SourceKind {
-    Triangle { position: Vec3, normal: Vec3, area: f32 },
-    Environment,
-    Punctual { position: Vec3, direction: Vec3 },
-}
-
-/// A light of the device's list.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSourceInfo {
-    pub kind: SourceKind,
-    /// In any unit that all lights share.
-    pub power: f64,
-}
+use crate::device::scene::{LightSourceInfo, SourceKind};
 
 /// The labels of one light: `divisions` x `divisions` cells of its two coordinates from `first` on. As the shaders read
 /// it (vec2u).

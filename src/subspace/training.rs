@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-/// Side of a picture's tiles in pixels: [opt7], `algorithm.md` 2.2.
+/// Side of a picture's tiles in pixels; contributions are relative to the brightness of their tile.
 pub const TILE_SIZE: u32 = 10;
 
 /// Last vertex of a sub-path: what the classification looks at.
@@ -107,7 +107,7 @@ impl TrainingSet {
         y / TILE_SIZE * self.tile_columns + x / TILE_SIZE
     }
 
-    /// Adds a path. Paths that have much in common say the same `group`: one that teaches must not judge another.
+    /// Adds a path. Paths that have much in common share a `group`: one that teaches must not judge another.
     pub fn push_path(&mut self, group: u32, path: TrainingPath, nodes: &[TrainingNode]) {
         self.groups.push(group);
         self.paths.push(path);

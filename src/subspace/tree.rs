@@ -1,8 +1,7 @@
-//! The classification tree: stands in for the search of the nearest centroid, three comparisons a level.
+//! The classification tree: stands in for the search of the nearest centroid, three comparisons per level.
 //!
 //! Eight-ary. Even depths split by position, odd ones by normal; after four splits by normal always by position. Where
-//! the incident direction counts, depths 7 and 9 split by it. Boxes are halved, as in an octree ([paperCode], [opt7];
-//! `algorithm.md` 3).
+//! the incident direction counts, depths 7 and 9 split by it. Boxes are halved, as in an octree.
 
 use glam::Vec3;
 
@@ -23,14 +22,14 @@ pub struct Growth {
     pub depth: u32,
     /// Share of the weight that has to be labelled rightly.
     pub stop: f64,
-    /// Directions are looked at.
+    /// Directions count.
     pub direction: bool,
 }
 
 /// Most splits by normal on a way down.
 const NORMAL_SPLITS: u32 = 4;
 
-/// What a split at this depth looks at.
+/// What a split at this depth compares.
 fn kind_at(depth: u32, direction: bool) -> u32 {
     let by_direction = |d: u32| direction && (d == 7 || d == 9);
     if by_direction(depth) {
@@ -204,7 +203,7 @@ fn leaf(label: u32) -> TreeNode {
     TreeNode { split: [0.0; 3], child_kind: TREE_LEAF | label }
 }
 
-/// Brings equal octants together, keeping the order within each, and says where each lies.
+/// Brings equal octants together, keeping the order within each; returns where each lies.
 fn sort_by_octant(
     own: &mut [u32],
     sorted: &mut Vec<(u32, u32)>,

@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Parser as _;
-use halfway::cli::{self, Cli};
+use halfway::cli::{self, Cli, Exit};
 use halfway::film::{Attribute, Picture};
 use serde_json::json;
 
@@ -39,14 +39,16 @@ impl Case {
         Run::of(command.args(arguments.split_whitespace()).output().expect("halfway runs"))
     }
 
-    /// Asserts that arguments are refused as bad input, with every phrase, and that no file comes of them. `DIR` is the
-    /// folder. No program is started, since nothing may have been opened by then.
+    /// Asserts that arguments are refused as bad input, with every phrase, and that no file comes of them; returns what is
+    /// said. `DIR` is the folder. No program is started, since nothing may have been opened by then.
     #[track_caller]
-    pub fn refuse(&self, arguments: &str, phrases: &[&str]) {
+    pub fn refuse(&self, arguments: &str, phrases: &[&str]) -> String {
         let before = self.files();
         let arguments = arguments.replace("DIR", &self.folder.path().to_string_lossy());
-        Run::inside(&arguments).assert(2, phrases);
+        let run = Run::inside(&arguments);
+        run.assert(2, phrases);
         assert_eq!(self.files(), before, "after {arguments}");
+        run.said
     }
 
     pub fn write(&self, name: &str, file: &GltfFile) {
@@ -91,7 +93,7 @@ impl Run {
                 Err(error) => (error.exit_code(), error.to_string()),
                 Ok(cli) => match cli::run(&cli) {
                     Ok(exit) => (exit as i32, String::new()),
-                    Err(error) => (cli::exit_code(&error) as i32, format!("{error:#}")),
+                    Err(error) => (Exit::from(error.fault()) as i32, error.to_string()),
                 },
             };
         Self { code: Some(code), said, printed: String::new() }
@@ -144,6 +146,23 @@ fn r07_usage_that_makes_no_sense_is_refused() {
         case.refuse(&format!("render builtin:cornell -o DIR/out.exr {arguments}"), &[phrase]);
     }
     case.refuse("render builtin:nowhere -o DIR/out.exr", &["nowhere", "cornell"]);
+}
+
+/// A message holds its cause, and nothing is put behind it.
+#[test]
+fn r07_causes_are_told_once() {
+    let case = Case::new();
+    std::fs::write(case.path("cut.gltf"), "{\"asset\": ").expect("a writable folder");
+    for (arguments, cause) in [
+        ("render DIR/nothere.gltf -o DIR/out.exr", "No such file or directory (os error 2)"),
+        ("render DIR/cut.gltf -o DIR/out.exr", "EOF while parsing"),
+        ("render builtin:cornell -o DIR/out.exr --env nothere.exr", "No such file or directory (os error 2)"),
+        ("compare nothere.png nothere.exr", "No such file or directory (os error 2)"),
+        ("info --model nothere.model", "No such file or directory (os error 2)"),
+    ] {
+        let said = case.refuse(arguments, &[cause]);
+        assert_eq!(said.matches(cause).count(), 1, "{arguments}: {said}");
+    }
 }
 
 /// A setting that the chosen integrator does not have may not be ignored.

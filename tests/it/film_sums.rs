@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use halfway::device::layout::{Batch, Counts, FilmPixel};
 use halfway::device::{BufferTable, Kernel};
 use halfway::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
+use halfway::integrator::View;
 use halfway::render::{Budget, RenderOptions, Renderer, pixel_sums};
 use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{Material, Scene};
@@ -180,7 +181,11 @@ fn n18_the_renderer_takes_the_sums_in_time() {
         ..Scene::default()
     };
     let budget = Budget { samples: Some(8192), ..Budget::default() };
-    let options = RenderOptions { width: 1, height: 1, max_depth: Some(1), budget, ..Default::default() };
+    let options = RenderOptions {
+        view: View { width: 1, height: 1, max_depth: Some(1), ..View::default() },
+        budget,
+        ..Default::default()
+    };
     let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
     renderer.run(|_| false).expect("a render");
     let picture = renderer.picture().expect("a picture");

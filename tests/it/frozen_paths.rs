@@ -59,7 +59,7 @@ impl<'a> Bench<'a> {
         let accel = Accel::build(scene).expect("a tree");
         let device =
             DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
-        let bytes = (device.light_count * size_of::<Light>()) as u64;
+        let bytes = (device.lights.len() * size_of::<Light>()) as u64;
         let lights: Vec<Light> =
             bytemuck::pod_collect_to_vec(&device.buffers.read(context, "lights", bytes).expect("lights"));
         let mut space = PathSpace::new(scene, &scene.cameras[0], RESOLUTION);

@@ -138,6 +138,8 @@ fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, rando
     let q = (0..k).map(|_| 100f32.powf(random.f32() - 1.0)).collect();
     Model {
         scene_hash: 0,
+        connections: CONNECTIONS,
+        seed: 0,
         settings: Settings::default(),
         subspaces: SUBSPACES,
         eye_tree,

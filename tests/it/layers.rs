@@ -6,12 +6,15 @@ use std::path::{Path, PathBuf};
 /// Layers from the bottom up; a module may use its own layer and those before it.
 const LAYERS: &[&[&str]] = &[
     &["math"],
+    &["picture_file"],
     &["scene"],
     &["accel"],
     &["device"],
     &["film", "subspace"],
     &["integrator"],
+    &["training"],
     &["render"],
+    &["bench"],
     &["main", "cli", "preview"],
 ];
 

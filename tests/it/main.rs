@@ -43,6 +43,7 @@ mod preview;
 mod public_scenes;
 mod quadrature;
 mod random;
+mod readme;
 mod reference;
 mod respawn;
 mod rng;

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use halfway::device::{Context, DeviceChoice};
 use halfway::film::Picture;
-use halfway::film::tonemap::View;
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, SpcBpt};
+use halfway::film::tonemap::ViewTransform;
+use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, SpcBpt, View};
 use halfway::preview::controls::Navigator;
 use halfway::preview::snapshot::Snapshot;
 use halfway::preview::worker::{Event, Request, Save, Saved, Worker};
@@ -38,7 +38,11 @@ fn methods() -> [Method; SLOTS] {
 
 fn options() -> RenderOptions {
     let training = Training::default().with_rounds(2);
-    RenderOptions { width: 44, height: 36, seed: 7, training, ..RenderOptions::default() }
+    RenderOptions {
+        view: View { width: 44, height: 36, seed: 7, ..View::default() },
+        training,
+        ..RenderOptions::default()
+    }
 }
 
 fn settings(context: &Context, slot: usize) -> Settings {
@@ -54,7 +58,7 @@ fn settings(context: &Context, slot: usize) -> Settings {
         slot,
         samples: Some(SAMPLES),
         reference: None,
-        view: View::Neutral,
+        view: ViewTransform::Neutral,
         exposure: 0.0,
         output: PathBuf::from("unused"),
         title: "cornell".into(),
@@ -118,13 +122,13 @@ impl Stage {
         self.wait(|snapshot| {
             let figures = &snapshot.figures;
             let seen = (snapshot.slot, snapshot.view, figures.samples) == (slot, view, SAMPLES);
-            seen && figures.done && snapshot.picture.width == options().width
+            seen && figures.done && snapshot.picture.width == options().view.width
         })
     }
 
     #[track_caller]
     fn save(&mut self, name: PathBuf) -> Saved {
-        self.worker.save(Save { name, view: View::Neutral, exposure: 0.0 });
+        self.worker.save(Save { name, view: ViewTransform::Neutral, exposure: 0.0 });
         let start = Instant::now();
         loop {
             match self.worker.event() {
@@ -185,11 +189,11 @@ fn saved_pictures_are_those_of_render() {
     for view in 1..=6 {
         stage.navigator.orbit(0.01, 0.004);
         let moved = Request { moving: true, ..wish(&stage.navigator, PATH, view) };
-        stage.worker.wish(moved, true);
+        stage.worker.request(moved, true);
         std::thread::sleep(Duration::from_millis(30));
     }
-    stage.wait(|snapshot| snapshot.view == 6 && snapshot.picture.width < options().width);
-    stage.worker.wish(wish(&stage.navigator, PATH, 6), false);
+    stage.wait(|snapshot| snapshot.view == 6 && snapshot.picture.width < options().view.width);
+    stage.worker.request(wish(&stage.navigator, PATH, 6), false);
     let seen = stage.finish(PATH, 6);
     let saved = stage.save(folder.path().join("b"));
     let second = Picture::read(&saved.paths[0]).expect("a picture");
@@ -200,7 +204,7 @@ fn saved_pictures_are_those_of_render() {
 
     // Back to the first one's camera and integrator, whose film was for another view in between.
     stage.navigator.reset();
-    stage.worker.wish(wish(&stage.navigator, LVCBPT, 7), true);
+    stage.worker.request(wish(&stage.navigator, LVCBPT, 7), true);
     stage.finish(LVCBPT, 7);
     let saved = stage.save(folder.path().join("c"));
     assert_same_bits(&Picture::read(&saved.paths[0]).expect("a picture"), &first, "lvcbpt again");
@@ -220,13 +224,13 @@ fn learns_in_the_background_and_takes_over() {
     let picture = Picture::read(&saved.paths[0]).expect("a picture");
     assert_same_bits(&picture, &headless(&Viewpoint::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
 
-    stage.worker.wish(wish(&stage.navigator, PATH, 0), false);
+    stage.worker.request(wish(&stage.navigator, PATH, 0), false);
     let kept = stage.wait(|snapshot| snapshot.slot == PATH && snapshot.figures.samples > 0);
     assert!(kept.figures.samples >= 1, "the stand-in's film is kept: {}", kept.figures.samples);
 
     // Films of another view are worth nothing, but what was learnt is: it is shown at once, and improved.
     stage.navigator.orbit(0.1, 0.02);
-    stage.worker.wish(wish(&stage.navigator, SPCBPT, 1), true);
+    stage.worker.request(wish(&stage.navigator, SPCBPT, 1), true);
     let other = stage.wait(|snapshot| snapshot.slot == SPCBPT && snapshot.view == 1);
     assert!(other.figures.learnt.is_some());
     let of_view = |snapshot: &Snapshot| {
@@ -244,7 +248,7 @@ fn learns_in_the_background_and_takes_over() {
 #[test]
 fn integrators_are_rendered_side_by_side() {
     let mut stage = Stage::new(settings(gpu::context(), LVCBPT));
-    stage.worker.wish(Request { beside: Some(PATH), ..wish(&stage.navigator, LVCBPT, 0) }, false);
+    stage.worker.request(Request { beside: Some(PATH), ..wish(&stage.navigator, LVCBPT, 0) }, false);
     let both = stage.wait(|snapshot| snapshot.beside.is_some() && snapshot.figures.done);
     assert_eq!((both.slot, both.figures.samples), (LVCBPT, SAMPLES));
     let (slot, beside) = both.beside.clone().expect("another picture");
@@ -262,7 +266,7 @@ fn without_layers(picture: Picture) -> Picture {
 #[test]
 fn pictures_come_while_the_camera_moves() {
     let settings = settings(gpu::context(), LVCBPT);
-    let options = RenderOptions { width: 192, height: 144, ..options() };
+    let options = RenderOptions { view: View { width: 192, height: 144, ..options().view }, ..options() };
     let mut stage = Stage::new(Settings { options, ..settings });
     stage.wait(|snapshot| snapshot.slot == LVCBPT && snapshot.figures.samples > 0);
     let mut seen = std::collections::BTreeSet::new();
@@ -270,7 +274,7 @@ fn pictures_come_while_the_camera_moves() {
     while seen.len() < 4 {
         view += 1;
         stage.navigator.orbit(1e-3, 0.0);
-        stage.worker.wish(Request { moving: true, ..wish(&stage.navigator, LVCBPT, view) }, true);
+        stage.worker.request(Request { moving: true, ..wish(&stage.navigator, LVCBPT, view) }, true);
         std::thread::sleep(Duration::from_millis(3));
         let snapshot = stage.worker.snapshot();
         if snapshot.view > 0 && snapshot.picture.width < 192 {
@@ -319,7 +323,7 @@ fn r08_a_lost_device_keeps_the_last_picture() {
     let context = Context::new(&DeviceChoice::Auto).expect("a device");
     let settings = Settings { samples: None, ..settings(&context, PATH) };
     let mut stage = Stage::new(settings);
-    stage.worker.wish(Request { samples: None, ..wish(&stage.navigator, PATH, 0) }, false);
+    stage.worker.request(Request { samples: None, ..wish(&stage.navigator, PATH, 0) }, false);
     stage.wait(|snapshot| snapshot.figures.samples > 8);
     context.device.destroy();
     let start = Instant::now();

@@ -2,7 +2,7 @@
 //! and what is required follows from the scene (S-03).
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
-use halfway::integrator::{LvcBpt, Method, SpcBpt};
+use halfway::integrator::{LvcBpt, Method, SpcBpt, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
@@ -76,7 +76,11 @@ fn s01_general_kernels_make_the_same_picture() {
             assert!(mean.abs() <= 1e-5, "{name}: means differ by {mean:e}");
         } else {
             // Rounding sent some paths another way; then only statistics can tell, with samples of their own.
-            let again = RenderOptions { seed: 1, features: Some(everything()), ..options(SIZE, 256) };
+            let again = RenderOptions {
+                view: View { seed: 1, ..options(SIZE, 256).view },
+                features: Some(everything()),
+                ..options(SIZE, 256)
+            };
             let special = render(&scene, options(SIZE, 256)).picture;
             assert_same_light(name, &render(&scene, again).picture, &special);
         }
@@ -131,7 +135,7 @@ fn s01_lambert_vertices_make_the_same_picture() {
         ),
     ] {
         let scene = builtin(name).expect("a built-in scene");
-        let settings = Settings { subspaces: Some(24), connections: 2, ..Settings::default() };
+        let settings = Settings { subspaces: Some(24), ..Settings::default() };
         let training = Training { paths: Some(4000), settings, ..Training::default() };
         let options = RenderOptions { method, training, ..options(SIZE, 8) };
         let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");

@@ -7,6 +7,7 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::InputError;
+use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
 use crate::integrator::{DEFAULT_CONNECTIONS, Descriptor, MAX_CONNECTIONS, METHODS, Method};
 use crate::subspace::{Model, Optimiser, Settings, SubspaceError};
@@ -34,7 +35,7 @@ impl Quality {
     fn training(self) -> Training {
         let normal = Training::default();
         match self {
-            Self::Draft => Training { lessons: Some(DRAFT_ROUNDS), ..normal },
+            Self::Draft => Training { rounds: Some(DRAFT_ROUNDS), ..normal },
             Self::Normal => normal,
             Self::High => normal.with_rounds(LONG_RENDER_ROUNDS),
         }
@@ -126,15 +127,14 @@ impl LearnArgs {
         flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
     }
 
-    /// A preset, with what is given here and for so many connections of an eye vertex.
+    /// A preset, with what is given here.
     ///
     /// # Errors
     /// A setting out of its range.
-    pub fn training(&self, preset: Training, connections: u32) -> Result<Training, SubspaceError> {
+    pub fn training(&self, preset: Training) -> Result<Training, SubspaceError> {
         let default = preset.settings.clone();
         let settings = Settings {
             subspaces: self.subspaces,
-            connections,
             optimiser: self.optimiser.unwrap_or(default.optimiser),
             uniform_share: self.uniform_share.unwrap_or(default.uniform_share),
             smoothing: self.smoothing.or(default.smoothing),
@@ -234,8 +234,7 @@ impl MethodArgs {
         let preset = (self.quality != Quality::Normal).then_some("--quality");
         let given = self.learning.given().or(self.learn.and(Some("--learn"))).or(preset);
         self.refuse(given.unwrap_or_default(), Setting::Learning, given.is_some())?;
-        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
-        let training = self.learning.training(self.quality.training(), connections);
+        let training = self.learning.training(self.quality.training());
         let training = training.map_err(|error| InputError::Usage(error.to_string()))?;
         Ok(Training { when: self.learn, ..training })
     }
@@ -255,7 +254,7 @@ impl ModelArgs {
     ///
     /// # Errors
     /// A method that does not learn; a file that cannot be read, or is of another scene.
-    pub fn load(&self, scene_hash: u64, method: Method) -> anyhow::Result<Option<Arc<Model>>> {
+    pub fn load(&self, scene_hash: u64, method: Method) -> Result<Option<Arc<Model>>, CliError> {
         let Some(path) = &self.model else { return Ok(None) };
         let plan = method.plan();
         if !plan.learns() {
@@ -263,11 +262,11 @@ impl ModelArgs {
             return Err(InputError::Usage(usage.into()).into());
         }
         let model = Model::load(path, scene_hash)?;
-        if model.settings.connections != plan.connections {
+        if model.connections != plan.connections {
             // No error: unbiased all the same, only not the least noise.
             log::info!(
                 "the model was trained for {} connections, this render has {}",
-                model.settings.connections,
+                model.connections,
                 plan.connections
             );
         }

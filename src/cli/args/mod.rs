@@ -2,6 +2,7 @@
 //! opened.
 
 mod camera;
+mod error;
 pub mod method;
 mod parse;
 pub mod picture;
@@ -9,23 +10,13 @@ mod scene;
 
 use std::path::{Path, PathBuf};
 
-use thiserror::Error;
-
+use crate::cli::CliError;
 use crate::film::Picture;
-use crate::scene::ViewpointError;
 
 pub use camera::{CameraArgs, CameraNameArgs};
+pub use error::InputError;
 pub use parse::{parse_crop, parse_duration, parse_probability, parse_size};
 pub use scene::{SceneArgs, say_what_is_missing};
-
-/// Arguments that do not go together, or with the scene.
-#[derive(Debug, Error)]
-pub enum InputError {
-    #[error("{0}")]
-    Usage(String),
-    #[error(transparent)]
-    Viewpoint(#[from] ViewpointError),
-}
 
 /// How this program was called, for files that say how they came to be.
 pub fn command_line() -> String {
@@ -51,7 +42,7 @@ pub fn check_folder(output: &Path) -> Result<(), InputError> {
 ///
 /// # Errors
 /// A file that cannot be read, or a picture of another size.
-pub fn read_reference(path: &Path, [width, height]: [u32; 2]) -> anyhow::Result<Picture> {
+pub fn read_reference(path: &Path, [width, height]: [u32; 2]) -> Result<Picture, CliError> {
     let reference = Picture::read(path)?;
     if [reference.width, reference.height] != [width, height] {
         return Err(InputError::Usage(format!(

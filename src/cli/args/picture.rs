@@ -4,8 +4,8 @@ use clap::Args;
 
 use super::{parse_probability, parse_size};
 use crate::device::{Context, DeviceChoice, DeviceError};
-use crate::film::tonemap::View;
-use crate::integrator::DEFAULT_ROULETTE_CAP;
+use crate::film::tonemap::ViewTransform;
+use crate::integrator::{DEFAULT_ROULETTE_CAP, View};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
@@ -29,8 +29,11 @@ impl PathArgs {
     /// The options with what is given here.
     pub fn apply(&self, options: RenderOptions) -> RenderOptions {
         RenderOptions {
-            max_depth: self.max_depth.or(options.max_depth),
-            roulette_cap: self.roulette_cap.unwrap_or(options.roulette_cap),
+            view: View {
+                max_depth: self.max_depth.or(options.view.max_depth),
+                roulette_cap: self.roulette_cap.unwrap_or(options.view.roulette_cap),
+                ..options.view
+            },
             ..options
         }
     }
@@ -91,7 +94,11 @@ impl PictureArgs {
     /// A render of the scene seen by one of its cameras, by default in all that is not said here.
     pub fn options(&self, scene: &Scene, camera: usize) -> RenderOptions {
         let [width, height] = self.size(scene);
-        self.paths.apply(RenderOptions { width, height, camera, ..RenderOptions::default() })
+        self.paths.apply(RenderOptions {
+            view: View { width, height, ..View::default() },
+            camera,
+            ..RenderOptions::default()
+        })
     }
 }
 
@@ -100,7 +107,7 @@ impl PictureArgs {
 pub struct ViewArgs {
     /// How scene light becomes colours on a screen or in a PNG.
     #[arg(long, value_enum, default_value_t)]
-    pub view: View,
+    pub view: ViewTransform,
     /// Exposure of these, in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::InputError;
+use crate::cli::CliError;
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Environment, Scene, SceneFeatures, builtin};
 
@@ -39,7 +40,7 @@ impl SceneArgs {
     ///
     /// # Errors
     /// What the loader reports.
-    pub fn load(&self) -> anyhow::Result<Scene> {
+    pub fn load(&self) -> Result<Scene, CliError> {
         let mut scene = match self.scene.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(name) => builtin::builtin(name).ok_or_else(|| {
                 InputError::Usage(format!(

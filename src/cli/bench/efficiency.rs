@@ -9,10 +9,11 @@ use super::candidate::{Candidate, parse_integrators};
 use super::reference::{ReferenceArgs, ReferenceFile};
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::efficiency::{Run, Summary, Work, measure, summary};
-use crate::cli::Exit;
 use crate::cli::args::parse_duration;
 use crate::cli::text::{command_line, grouped, ratio, short, today};
+use crate::cli::{CliError, Exit};
 use crate::device::Context;
+use crate::integrator::View;
 use crate::render::{RenderOptions, Renderer, Report};
 
 /// What is measured and how, below the options of `--help`.
@@ -70,7 +71,7 @@ pub struct EfficiencyArgs {
 ///
 /// # Errors
 /// Bad input, no device, a reference that cannot be kept.
-pub fn run(args: &EfficiencyArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
     let keeper = args.reference.keeper()?;
     let context = args.subject.picture.device.open(true)?;
@@ -129,7 +130,7 @@ fn rounds(
     candidates: &[Candidate],
     reference: &ReferenceFile,
     quiet: bool,
-) -> anyhow::Result<Vec<(Vec<Run>, Report)>> {
+) -> Result<Vec<(Vec<Run>, Report)>, CliError> {
     let mut renderers = Vec::new();
     for candidate in candidates {
         renderers.push(Renderer::new(context, &subject.scene, candidate.options(subject, args.seed.into()))?);
@@ -178,14 +179,14 @@ fn json_of(subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) -> ser
     json!({
         "scene": subject.name,
         "hash": format!("{:016x}", subject.hash),
-        "size": [subject.options.width, subject.options.height],
+        "size": [subject.options.view.width, subject.options.view.height],
         "reference": { "file": reference.path, "noise": reference.noise },
         "integrators": integrators,
     })
 }
 
 fn print_table(args: &EfficiencyArgs, subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) {
-    let RenderOptions { width, height, .. } = subject.options;
+    let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
     let origin = reference.origin();
     let noise = reference.noise.map_or("taken as exact, its noise is not known".into(), |noise| {
         format!("its own relMSE {} is subtracted", short(noise.relmse))

@@ -8,13 +8,12 @@ mod trade;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::{Args, Subcommand};
 
 use crate::bench::rays::{RayBench, RaySet};
-use crate::cli::Exit;
 use crate::cli::args::picture::DeviceArgs;
 use crate::cli::args::{CameraNameArgs, SceneArgs, parse_size};
+use crate::cli::{CliError, Exit};
 use efficiency::EfficiencyArgs;
 use reference::MakeReferenceArgs;
 use trade::TradeArgs;
@@ -65,7 +64,7 @@ struct RaysArgs {
 ///
 /// # Errors
 /// Bad input, no device, files that cannot be written.
-pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &BenchArgs, quiet: bool) -> Result<Exit, CliError> {
     match &args.bench {
         Bench::Rays(args) => rays(args),
         Bench::Efficiency(args) => efficiency::run(args, quiet),
@@ -74,14 +73,13 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Exit> {
     }
 }
 
-fn rays(args: &RaysArgs) -> anyhow::Result<Exit> {
+fn rays(args: &RaysArgs) -> Result<Exit, CliError> {
     let mut scene = args.scene.load()?;
     let camera = args.camera.choose(&mut scene)?;
     let context = args.device.open(true)?;
     let mut bench = RayBench::new(&context, &scene, camera, args.size)?;
     if let Some(folder) = &args.dump {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        std::fs::create_dir_all(folder).map_err(CliError::folder(folder))?;
         write(folder, "triangles", &bench.triangles())?;
         for set in &bench.sets {
             write(folder, set.name, &dump_rays(set))?;
@@ -122,8 +120,7 @@ fn dump_rays(set: &RaySet) -> Vec<f32> {
         .collect()
 }
 
-fn write(folder: &Path, name: &str, data: &[f32]) -> anyhow::Result<()> {
+fn write(folder: &Path, name: &str, data: &[f32]) -> Result<(), CliError> {
     let path = folder.join(name).with_extension("f32");
-    std::fs::write(&path, bytemuck::cast_slice(data))
-        .with_context(|| format!("cannot write {}", path.display()))
+    std::fs::write(&path, bytemuck::cast_slice(data)).map_err(CliError::write("rays", &path))
 }

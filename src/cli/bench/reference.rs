@@ -3,21 +3,21 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::candidate::Candidate;
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::reference::{self, AccumulatedReference, Check, Pass, Reference};
-use crate::cli::Exit;
 use crate::cli::args::{InputError, parse_duration};
 use crate::cli::progress::{install_interrupt, interrupted};
 use crate::cli::text::{grouped, short};
+use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, Region, exr};
+use crate::integrator::View;
 use crate::math::fnv::fnv;
-use crate::render::{Budget, RenderOptions, Renderer};
+use crate::render::{Budget, RenderOptions, Renderer, TimeLimit};
 
 /// Where neither time nor error is asked for.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
@@ -106,7 +106,7 @@ pub struct ReferenceFile {
 }
 
 impl ReferenceFile {
-    fn new(picture: Picture, path: PathBuf) -> anyhow::Result<Self> {
+    fn new(picture: Picture, path: PathBuf) -> Result<Self, CliError> {
         Ok(Self { noise: metric::reference_noise(&picture)?, picture, path })
     }
 
@@ -150,7 +150,7 @@ impl ReferenceFile {
 
     /// As what pictures of the whole are compared with.
     pub fn truth(&self, subject: &BenchScene) -> Reference<'_> {
-        let RenderOptions { width, height, .. } = subject.options;
+        let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         Reference { picture: &self.picture, region: Region::lattice(width, height, self.stride()) }
     }
 
@@ -197,7 +197,7 @@ impl ReferenceStore {
         context: &Context,
         subject: &BenchScene,
         quiet: bool,
-    ) -> anyhow::Result<Option<ReferenceFile>> {
+    ) -> Result<Option<ReferenceFile>, CliError> {
         if let Some(given) = self.given(subject)? {
             return Ok(Some(given));
         }
@@ -213,7 +213,7 @@ impl ReferenceStore {
     }
 
     /// DIR/NAME.exr, if it is of this scene and size.
-    fn given(&self, subject: &BenchScene) -> anyhow::Result<Option<ReferenceFile>> {
+    fn given(&self, subject: &BenchScene) -> Result<Option<ReferenceFile>, CliError> {
         let given = self.folder.join(&subject.name).with_extension("exr");
         if !given.exists() {
             return Ok(None);
@@ -230,7 +230,7 @@ impl ReferenceStore {
 
     /// The beginning of the names of all references of a scene and view.
     fn stem(&self, subject: &BenchScene) -> String {
-        let RenderOptions { width, height, camera, max_depth, .. } = subject.options;
+        let RenderOptions { view: View { width, height, max_depth, .. }, camera, .. } = subject.options;
         let depth = max_depth.map_or(String::new(), |depth| format!(".depth{depth}"));
         let stride = if self.stride > 1 { format!(".stride{}", self.stride) } else { String::new() };
         format!("{}-{width}x{height}{stride}-{:016x}-camera{camera}{depth}-", subject.name, subject.hash)
@@ -240,14 +240,14 @@ impl ReferenceStore {
         self.folder.join(self.stem(subject) + &label.replace([':', ',', '='], "-") + ".exr")
     }
 
-    fn kept(&self, subject: &BenchScene, label: &str) -> anyhow::Result<Option<ReferenceFile>> {
+    fn kept(&self, subject: &BenchScene, label: &str) -> Result<Option<ReferenceFile>, CliError> {
         let path = self.path(subject, label);
         let kept = path.exists().then(|| ReferenceFile::new(Picture::read(&path)?, path)).transpose()?;
         // One that does not say what it grew from cannot go on.
         Ok(kept.filter(|kept| kept.grown().is_some()))
     }
 
-    fn most_exact(&self, subject: &BenchScene) -> anyhow::Result<Option<(Candidate, ReferenceFile)>> {
+    fn most_exact(&self, subject: &BenchScene) -> Result<Option<(Candidate, ReferenceFile)>, CliError> {
         let mut best: Option<(Candidate, ReferenceFile)> = None;
         let stem = self.stem(subject);
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return Ok(None) };
@@ -293,15 +293,14 @@ impl ReferenceStore {
         maker: &Candidate,
         kept: Option<ReferenceFile>,
         quiet: bool,
-    ) -> anyhow::Result<Option<ReferenceFile>> {
+    ) -> Result<Option<ReferenceFile>, CliError> {
         let mut reference = kept;
         let mut grown = reference.as_ref().and_then(ReferenceFile::grown);
         let noise = |reference: &Option<ReferenceFile>| reference.as_ref().and_then(|kept| kept.noise);
         if self.left(grown.as_ref(), noise(&reference)).is_none() {
             return Ok(reference);
         }
-        std::fs::create_dir_all(&self.folder)
-            .with_context(|| format!("cannot make the folder {}", self.folder.display()))?;
+        std::fs::create_dir_all(&self.folder).map_err(CliError::folder(&self.folder))?;
         if !quiet {
             eprintln!("{}: a reference by {}{}", subject.name, maker.label, self.wish());
         }
@@ -335,11 +334,15 @@ impl ReferenceStore {
         context: &Context,
         subject: &BenchScene,
         maker: &Candidate,
-    ) -> anyhow::Result<Renderer> {
-        let budget = Budget { time: self.time, ..Budget::default() };
-        let RenderOptions { width, height, .. } = subject.options;
+    ) -> Result<Renderer, CliError> {
+        let budget = Budget { time: self.time.map(TimeLimit::Total), ..Budget::default() };
+        let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         let crop = (self.stride > 1).then(|| Region::lattice(width, height, self.stride));
-        let options = RenderOptions { budget, crop, ..maker.options(subject, 1 << 63) };
+        let options = RenderOptions {
+            view: View { crop, ..maker.options(subject, 1 << 63).view },
+            budget,
+            ..maker.options(subject, 1 << 63)
+        };
         Ok(Renderer::new(context, &subject.scene, options)?)
     }
 
@@ -379,7 +382,7 @@ fn percent(share: f64) -> String {
 ///
 /// # Errors
 /// Bad input, no device, a reference that cannot be kept.
-pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
     let maker = Candidate::parse(&args.integrator)?;
     let default_checker = if args.integrator == "path" { "lvcbpt" } else { "path" };
     let checker = Candidate::parse(args.check_integrator.as_deref().unwrap_or(default_checker))?;
@@ -401,7 +404,12 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> anyhow::Result<Exit> {
             return Ok(Exit::Interrupted);
         };
         if reference.checked().is_none() {
-            let grown = reference.grown().context("the reference does not say what it grew from")?;
+            let grown = reference.grown().ok_or_else(|| {
+                let path = reference.path.display();
+                InputError::Usage(format!(
+                    "{path} does not say what it was made of; move it away, and it is made again"
+                ))
+            })?;
             let time = args.check_time.unwrap_or(Duration::from_secs_f64(grown.seconds / 4.0));
             let Some((check, other)) = check(&context, &subject, &keeper, &grown, &checker, time, quiet)?
             else {
@@ -443,7 +451,7 @@ fn check(
     checker: &Candidate,
     time: Duration,
     quiet: bool,
-) -> anyhow::Result<Option<(Check, AccumulatedReference)>> {
+) -> Result<Option<(Check, AccumulatedReference)>, CliError> {
     if !quiet {
         eprintln!("{}: {} checks it, {} s", subject.name, checker.label, short(time.as_secs_f64()));
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::cli::CliError;
 use crate::cli::args::picture::PictureArgs;
 use crate::cli::args::{CameraNameArgs, SceneArgs, default_output};
 use crate::render::RenderOptions;
@@ -37,7 +38,7 @@ impl BenchSceneArgs {
     ///
     /// # Errors
     /// What the loader reports, no such camera.
-    pub fn load(&self, path: &Path) -> anyhow::Result<BenchScene> {
+    pub fn load(&self, path: &Path) -> Result<BenchScene, CliError> {
         let from = SceneArgs {
             scene: path.to_owned(),
             env: None,

@@ -6,6 +6,7 @@ use super::{punctual_intensity, scaled};
 use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
+    TRIANGLE_FLIPPED, Triangle,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 use crate::math::alias::{AliasTable, defensive_mix};
@@ -14,8 +15,24 @@ use crate::math::scale::scale_by_power_of_two;
 use crate::scene::environment::EqualAreaMap;
 use crate::scene::{LightKind, Scene, SceneFeatures, TextureRef};
 
-/// Share of the picks that go evenly to all lights: the power of a light says little about what reaches a point.
+/// Share of the picks that go evenly to all lights: the power of a light is a poor guide to what reaches a point.
 const DEFENSIVE_SHARE: f64 = 0.1;
+
+/// What a light is, in unit space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SourceKind {
+    Triangle { position: Vec3, normal: Vec3, area: f32 },
+    Environment,
+    Punctual { position: Vec3, direction: Vec3 },
+}
+
+/// A light of the device's list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSourceInfo {
+    pub kind: SourceKind,
+    /// In any unit that all lights share.
+    pub power: f64,
+}
 
 /// The lights of a scene, laid out for the device.
 pub(super) struct Lights {
@@ -161,6 +178,30 @@ impl Lights {
             constants.push(("ENVIRONMENT_LIGHT", environment.light as f64));
         }
         Ok(())
+    }
+
+    /// What each entry is, in their order; `triangles` as the device has them.
+    pub(super) fn describe(&self, triangles: &[Triangle]) -> Vec<LightSourceInfo> {
+        let kind = |light: &Light| match light.kind {
+            LIGHT_TRIANGLE => {
+                let triangle = &triangles[light.index as usize];
+                let [a, b, c] = [triangle.v0, triangle.v1, triangle.v2].map(Vec3::from);
+                let cross = (b - a).as_dvec3().cross((c - a).as_dvec3());
+                let flip = if triangle.material_flags & TRIANGLE_FLIPPED != 0 { -1.0 } else { 1.0 };
+                SourceKind::Triangle {
+                    position: (a + b + c) / 3.0,
+                    normal: (flip * cross.normalize_or_zero()).as_vec3(),
+                    area: 0.5 * cross.length() as f32,
+                }
+            }
+            LIGHT_ENVIRONMENT => SourceKind::Environment,
+            _ => {
+                let light = &self.punctual[light.index as usize];
+                SourceKind::Punctual { position: light.position.into(), direction: light.direction.into() }
+            }
+        };
+        let info = |light: &Light| LightSourceInfo { kind: kind(light), power: f64::from(light.pdf_select) };
+        self.entries.iter().map(info).collect()
     }
 
     /// Kinds of light that turned out to have no power are features that the kernels can do without.

@@ -4,9 +4,12 @@ mod lights;
 mod materials;
 mod vertices;
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+
+pub use lights::{LightSourceInfo, SourceKind};
 
 use super::buffer::BufferTable;
 use super::context::Context;
@@ -32,7 +35,8 @@ pub struct DeviceScene {
     pub unit: UnitSpace,
     /// Device radiance times 2^this is the scene's radiance.
     pub radiance_exponent: i32,
-    pub light_count: usize,
+    /// What can be sampled as a light, in the order of the device's list.
+    pub lights: Arc<[LightSourceInfo]>,
     /// The BVH is deeper than the traversal's ordinary stack.
     deep_tree: bool,
     pub upload_time: Duration,
@@ -60,7 +64,8 @@ impl DeviceScene {
         lights.restrict(&mut features);
 
         buffers.upload(context, "nodes", &accel.nodes)?;
-        buffers.upload(context, "triangles", &triangles(scene, accel, &lights.of_triangle))?;
+        let triangles = triangles(scene, accel, &lights.of_triangle);
+        buffers.upload(context, "triangles", &triangles)?;
         materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
         if features.attributes() {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
@@ -75,7 +80,7 @@ impl DeviceScene {
             constants,
             unit: accel.unit,
             radiance_exponent,
-            light_count: lights.entries.len(),
+            lights: lights.describe(&triangles).into(),
             deep_tree: accel.depth > STACK,
             upload_time: start.elapsed(),
         })
@@ -87,7 +92,7 @@ impl DeviceScene {
         if self.features.attributes() {
             names.insert("attributes");
         }
-        if self.light_count > 0 {
+        if !self.lights.is_empty() {
             names.insert("lights");
         }
         if self.deep_tree {

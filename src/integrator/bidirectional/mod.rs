@@ -159,8 +159,8 @@ impl Bidirectional {
     /// How many light paths there are, and how many samples share them.
     fn divide(&mut self) {
         let settings = &self.wavefront.settings;
-        let pixels = settings.width * settings.height;
-        self.light_paths = self.plan.light_paths.count(pixels, settings.region.pixels());
+        let pixels = settings.view.width * settings.view.height;
+        self.light_paths = self.plan.light_paths.count(pixels, settings.view.region().pixels());
         self.iteration = match self.plan.shares_cache() && !self.wavefront.learns() {
             true => self.wavefront.samples_at_once(self.light_paths),
             false => 1,

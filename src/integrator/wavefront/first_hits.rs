@@ -31,7 +31,7 @@ impl Wavefront {
         }
         self.timing = timing;
         self.aside += total(self.counts(context)?.closest_total) - before;
-        let bytes = u64::from(self.settings.region.pixels()) * size_of::<FirstHitPixel>() as u64;
+        let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FirstHitPixel>() as u64;
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
     }
 }

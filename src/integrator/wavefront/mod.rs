@@ -164,7 +164,7 @@ impl Wavefront {
         }
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CELLS", f64::from(form.cells)));
-        constants.push(("ROULETTE_CAP", f64::from(settings.roulette_cap)));
+        constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
 
         let mut compile_time = Duration::ZERO;
         let mut compile = |name: &str, extra: &[&'static str]| {
@@ -211,7 +211,7 @@ impl Wavefront {
             48,
             wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
         )?;
-        let pixels = u64::from(settings.region.pixels());
+        let pixels = u64::from(settings.view.region().pixels());
         buffers.create(context, "film", pixels * size_of::<FilmPixel>() as u64)?;
         if form.splats {
             buffers.create(context, "splats", pixels * SPLAT_BYTES)?;
@@ -273,7 +273,7 @@ impl Wavefront {
 
     /// Samples of the whole picture that the queues hold at once, each with so many light paths; but no more than a group.
     pub(crate) fn samples_at_once(&self, light_paths: u32) -> u32 {
-        let pixels = self.settings.width * self.settings.height;
+        let pixels = self.settings.view.width * self.settings.view.height;
         let most = (self.capacity / pixels.max(light_paths)).clamp(1, SAMPLES_A_GROUP);
         // Groups are made of whole iterations.
         1 << most.ilog2()
@@ -364,13 +364,13 @@ impl Wavefront {
         camera: &Camera,
         region: Region,
     ) -> Result<(), DeviceError> {
-        self.settings = Settings { width: region.width, height: region.height, region, ..self.settings };
+        self.settings.view = self.settings.view.of_region(region);
         self.buffers.write(context, "camera", bytemuck::bytes_of(camera))
     }
 
     /// From now on renders with this seed, and of all strategies this one only.
     pub fn choose(&mut self, seed: u64, strategy: Option<Strategy>) {
-        self.settings.seed = seed;
+        self.settings.view.seed = seed;
         self.settings.strategy = strategy;
     }
 
@@ -402,22 +402,22 @@ impl Wavefront {
     /// Cuts samples into batches that the queues hold: whole rounds over small pictures, parts of large ones. Where only
     /// slices of the queues are used, there are fewer pixels in a batch, not fewer samples.
     pub(crate) fn batches(&self, first_sample: u32, samples: u32) -> Vec<Batch> {
-        let pixels = self.settings.region.pixels();
+        let pixels = self.settings.view.region().pixels();
         let samples_a_batch = (self.capacity / pixels).max(1);
         let pixels_a_batch = pixels.min((self.slice / samples_a_batch.min(samples.max(1))).max(1));
         let strategy = self.settings.strategy;
         let template = Batch {
-            width: self.settings.width,
-            height: self.settings.height,
-            crop_x: self.settings.region.x,
-            crop_y: self.settings.region.y,
-            crop_width: self.settings.region.width,
-            crop_height: self.settings.region.height,
-            crop_stride: self.settings.region.stride,
-            seed: seed_key(self.settings.seed),
+            width: self.settings.view.width,
+            height: self.settings.view.height,
+            crop_x: self.settings.view.region().x,
+            crop_y: self.settings.view.region().y,
+            crop_width: self.settings.view.region().width,
+            crop_height: self.settings.view.region().height,
+            crop_stride: self.settings.view.region().stride,
+            seed: seed_key(self.settings.view.seed),
             // Another stream than any user's seed gives the eye paths.
-            light_seed: seed_key(!self.settings.seed).wrapping_add(LIGHT_STREAM),
-            max_depth: self.settings.max_depth.unwrap_or(LARGEST_DEPTH).min(LARGEST_DEPTH),
+            light_seed: seed_key(!self.settings.view.seed).wrapping_add(LIGHT_STREAM),
+            max_depth: self.settings.view.max_depth.unwrap_or(LARGEST_DEPTH).min(LARGEST_DEPTH),
             only_s: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.s),
             only_t: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.t),
             weighted: u32::from(strategy.is_none_or(|strategy| strategy.weighted)),
@@ -542,7 +542,7 @@ impl Wavefront {
     /// # Errors
     /// A lost device.
     pub fn film(&self, context: &Context) -> Result<Vec<FilmPixel>, DeviceError> {
-        let bytes = u64::from(self.settings.region.pixels()) * size_of::<FilmPixel>() as u64;
+        let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FilmPixel>() as u64;
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "film", bytes)?))
     }
 

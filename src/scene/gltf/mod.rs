@@ -92,7 +92,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
 pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let container = container::split(bytes)?;
     let document: Document =
-        serde_json::from_slice(container.json).map_err(|source| SceneError::Json { source })?;
+        serde_json::from_slice(container.json).map_err(|cause| SceneError::Json { cause })?;
     check_version(&document)?;
     extensions::check_required(&document)?;
     let buffers = Buffers::load(&document, container.bin, base_dir, options)?;

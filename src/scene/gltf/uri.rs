@@ -1,4 +1,4 @@
-//! Which bytes a URI may name: a glTF file is a stranger's file, so it reads only what lies beside it.
+//! Which bytes a URI may name: a glTF file is not trusted, so it reads only what lies beside it.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -36,7 +36,7 @@ pub fn fetch(uri: &str, base_dir: Option<&Path>, options: &LoadOptions) -> Resul
 
 /// Reads a whole regular file; refuses pipes and devices, and files larger than the limit.
 pub fn read_limited(path: &Path, options: &LoadOptions) -> Result<Vec<u8>, SceneError> {
-    let read_error = |source| SceneError::Read { path: path.to_path_buf(), source };
+    let read_error = |cause| SceneError::Read { path: path.to_path_buf(), cause };
     // Looked at before it is opened: opening a pipe would wait for its writer.
     if !fs::metadata(path).map_err(read_error)?.is_file() {
         return Err(read_error(std::io::Error::other("not a regular file")));
@@ -80,7 +80,7 @@ fn resolve(uri: &str, base_dir: Option<&Path>, options: &LoadOptions) -> Result<
         return Err(outside());
     }
     let canonical = |path: &Path| {
-        path.canonicalize().map_err(|source| SceneError::Read { path: path.to_path_buf(), source })
+        path.canonicalize().map_err(|cause| SceneError::Read { path: path.to_path_buf(), cause })
     };
     let target = canonical(&joined)?;
     if !target.starts_with(canonical(base_dir)?) {

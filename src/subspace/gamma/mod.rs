@@ -1,7 +1,7 @@
 //! The subspace sampling matrix Gamma: which light subspaces an eye subspace connects to.
 //!
 //! It minimises L = sum W / D over the training paths, a bound on the variance of the estimator; D, the density of the
-//! mixture of all strategies, is affine in Gamma, so L is convex. `algorithm.md` 2.1 ([opt7], [doc26]).
+//! mixture of all strategies, is affine in Gamma, so L is convex.
 
 mod optimise;
 mod problem;

@@ -9,20 +9,20 @@ mod results;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Context as _;
 use clap::Args;
 
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Goal, Plan, Point, measure};
-use crate::cli::Exit;
 use crate::cli::args::{InputError, parse_duration};
 use crate::cli::bench::candidate::{Candidate, Sweep, parse_integrators, parse_sweep};
 use crate::cli::bench::reference::{ReferenceArgs, ReferenceFile};
 use crate::cli::bench::scene::{BenchScene, BenchSceneArgs};
 use crate::cli::progress::{install_interrupt, interrupted, learn};
 use crate::cli::text::{command_line, short, today};
+use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::film::write::write_atomic;
+use crate::integrator::View;
 use crate::math::fnv::fnv;
 use crate::render::{Prepared, RenderError, RenderOptions};
 use crate::training::When;
@@ -127,7 +127,7 @@ impl Lineup {
 ///
 /// # Errors
 /// Bad input, no device, files that cannot be written.
-pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
+pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let lineup = Lineup::new(args)?;
     if !(args.target > 0.0 && args.target.is_finite()) {
         return Err(
@@ -144,8 +144,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> anyhow::Result<Exit> {
     let page = args.markdown.clone().unwrap_or(args.output.join("trade.md"));
     let plots = page.with_extension("");
     for folder in [&args.output, &plots] {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        std::fs::create_dir_all(folder).map_err(CliError::folder(folder))?;
     }
     let kept = args.output.join("runs.jsonl");
     let mut records = Records::open(&kept)?;
@@ -268,7 +267,7 @@ impl Bench<'_> {
         lineup: &Lineup,
         records: &mut Records,
         gauge: &mut Option<SpeedProbe>,
-    ) -> anyhow::Result<bool> {
+    ) -> Result<bool, CliError> {
         let (count, seeds) = (lineup.all.len(), self.args.seeds);
         let keys = self.keys(lineup);
         let is_there = |key: &&Key| records.find(key).is_some();
@@ -308,7 +307,8 @@ impl Bench<'_> {
     }
 
     fn key(&self, candidate: &Candidate, round: u32) -> Key {
-        let RenderOptions { width, height, camera, max_depth, roulette_cap, .. } = self.subject.options;
+        let RenderOptions { view: View { width, height, max_depth, roulette_cap, .. }, camera, .. } =
+            self.subject.options;
         // Renders share no random numbers, whoever else takes part: their errors are independent.
         let stream = fnv(candidate.label.as_bytes()) >> 33;
         Key {
@@ -337,7 +337,7 @@ impl Bench<'_> {
         candidate: &Candidate,
         seed: u64,
         gauge: &mut SpeedProbe,
-    ) -> anyhow::Result<Option<Vec<Point>>> {
+    ) -> Result<Option<Vec<Point>>, CliError> {
         let options = RenderOptions { budget: self.plan.budget(), ..candidate.options(&self.subject, seed) };
         let mut prepared = Prepared::new(self.context, &self.subject.scene, options)?;
         let mut clock = gauge.clock()?;

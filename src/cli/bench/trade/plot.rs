@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
+use crate::cli::CliError;
+
 /// Pixels of the picture.
 const SIZE: (u32, u32) = (800, 500);
 /// Okabe and Ito's colours, which colour-blind people can tell apart as well; yellow is left out, on white nobody sees it.
@@ -45,10 +47,10 @@ impl Plot<'_> {
     ///
     /// # Errors
     /// What the library reports; none is known.
-    pub fn svg(&self) -> anyhow::Result<String> {
+    pub fn svg(&self) -> Result<String, CliError> {
         let mut svg = String::new();
         self.draw(SVGBackend::with_string(&mut svg, SIZE))
-            .map_err(|error| anyhow::anyhow!("the plot '{}': {error}", self.title))?;
+            .map_err(|error| CliError::Plot { title: self.title.clone(), cause: error.to_string() })?;
         Ok(svg)
     }
 

@@ -4,10 +4,10 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::trade::Point;
+use crate::cli::CliError;
 
 /// All that a render's figures depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,17 +81,19 @@ impl Records {
     ///
     /// # Errors
     /// A file that cannot be read, or not be shortened.
-    pub fn open(path: &Path) -> anyhow::Result<Self> {
+    pub fn open(path: &Path) -> Result<Self, CliError> {
         let text = match std::fs::read_to_string(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
-            text => text.with_context(|| format!("cannot read the runs in {}", path.display()))?,
+            text => {
+                text.map_err(|cause| CliError::Read { what: "the runs", path: path.to_owned(), cause })?
+            }
         };
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         if whole < text.len() {
             log::warn!("the last line of {} is cut off: that run is done again", path.display());
             let file = OpenOptions::new().write(true).open(path);
             file.and_then(|file| file.set_len(whole as u64))
-                .with_context(|| format!("cannot take the cut-off line out of {}", path.display()))?;
+                .map_err(CliError::write("all but the cut-off line", path))?;
         }
         let mut records = Vec::new();
         for (number, line) in text[..whole].lines().enumerate() {
@@ -120,7 +122,7 @@ impl Records {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn push(&mut self, record: Record) -> anyhow::Result<()> {
+    pub fn push(&mut self, record: Record) -> Result<(), CliError> {
         let mut line = serde_json::to_string(&record)?;
         line.push('\n');
         let file = OpenOptions::new().create(true).append(true).open(&self.path);
@@ -129,7 +131,7 @@ impl Records {
             file.write_all(line.as_bytes())?;
             file.sync_data()
         });
-        written.with_context(|| format!("cannot write down a run in {}", self.path.display()))?;
+        written.map_err(CliError::write("a run", &self.path))?;
         self.records.push(record);
         Ok(())
     }
