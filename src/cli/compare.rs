@@ -23,7 +23,7 @@ Metrics (a: the picture's value, b: the reference's, e: 1 % of the reference's m
   tile-z                difference of 8x8-pixel tiles in standard errors, the worst one; needs the variance
                         layers of both pictures
   psnr                  decibels between the displayed pictures; larger is better
-  flip                  visible difference of the displayed pictures, 0 (none) to 1 (LDR-FLIP, 67 pixels a degree)
+  flip                  visible difference of the displayed pictures, 0 (none) to 1 (LDR-FLIP, 67 pixels per degree)
 
 Exit codes: 0 within the limits, 1 beyond --fail-above, 2 bad input, 5 NaN or infinite pixels.";
 

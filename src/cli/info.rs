@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum as _};
 
-use super::args::{InputError, SceneArgs, choose_camera};
+use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
 use crate::accel::Accel;
 use crate::device::{Feature, Features};
-use crate::scene::{LightKind, Projection, Scene, SceneFeatures, builtin};
+use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
 
@@ -52,7 +52,7 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
         learnt(model).iter().for_each(|(name, value)| println!("  {name:<19} {value}"));
         if let Some(mut scene) = scene {
             // As a render would see it.
-            choose_camera(&mut scene, None)?;
+            Viewpoint::default().choose(&mut scene).map_err(InputError::from)?;
             println!("  {:<19} {}", "fits the scene", fit(model, scene.content_hash()));
         }
     }

@@ -8,11 +8,13 @@ mod devices;
 mod error;
 mod exit;
 mod info;
+mod output;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;
 mod render;
 mod strategies;
+mod summary;
 mod text;
 mod trace;
 mod train;
@@ -22,9 +24,23 @@ use clap::{Parser, Subcommand};
 pub use error::CliError;
 pub use exit::Exit;
 
+/// Below the options of `--help`.
+const EXIT_CODES: &str = "\
+Results go to stdout, progress and messages to stderr. Ctrl-C ends the round that runs, writes the picture and says so; a
+second one stops at once.
+
+Exit codes:
+  0    done
+  1    failed, or compared images differ
+  2    wrong usage or bad input
+  3    the budget ended before --error was met
+  4    no usable device
+  5    non-finite values were found; they are counted and left out of the picture
+  130  interrupted; what was rendered is saved";
+
 /// Halfway renders glTF scenes by light transport on Vulkan compute shaders.
 #[derive(Parser)]
-#[command(version, about, max_term_width = 100)]
+#[command(version, about, max_term_width = 100, after_long_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -11,7 +11,7 @@ use crate::integrator::{Method, Strategy};
 use crate::render::{RenderOptions, Renderer};
 
 /// Longest paths that get pictures: there are about half as many strategies as the square of the length.
-const LONGEST: u32 = 12;
+pub const LONGEST: u32 = 12;
 
 /// All strategies (s, t) of a method for paths of up to `max_depth` surfaces, by length and then by s.
 ///

@@ -2,10 +2,10 @@
 
 use thiserror::Error;
 
-use crate::cli::args::InputError;
 use crate::device::DeviceError;
 use crate::fault::Fault;
 use crate::render::RenderError;
+use crate::scene::ViewpointError;
 
 /// See the module.
 #[derive(Debug, Error)]
@@ -24,7 +24,7 @@ pub enum PreviewError {
     #[error("the device was lost ({message}); what was seen last is saved, with the samples that it had")]
     Lost { message: String },
     #[error(transparent)]
-    Input(#[from] InputError),
+    Input(#[from] ViewpointError),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error(transparent)]

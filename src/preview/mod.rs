@@ -27,13 +27,12 @@ pub mod worker;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::cli::args::CameraArgs;
 use crate::device::Context;
 use crate::film::Picture;
 use crate::film::tonemap::ViewTransform;
 use crate::integrator::{METHODS, Method};
 use crate::render::RenderOptions;
-use crate::scene::Scene;
+use crate::scene::{Scene, Viewpoint};
 
 pub use error::PreviewError;
 pub use window::{Display, run};
@@ -48,7 +47,7 @@ pub type Loader = Box<dyn Fn() -> Result<Arc<Scene>, String> + Send + Sync>;
 pub struct Settings {
     pub context: Context,
     pub scene: Arc<Scene>,
-    pub camera: CameraArgs,
+    pub camera: Viewpoint,
     pub loader: Loader,
     /// The scene's files: it is loaded again when one of these changes.
     pub files: Vec<PathBuf>,

@@ -272,7 +272,7 @@ impl App {
         if Arc::ptr_eq(&loaded, &self.scene) {
             return;
         }
-        let same = Navigator::new(&loaded, &self.navigator.args());
+        let same = Navigator::new(&loaded, &self.navigator.viewpoint());
         match same.or_else(|_| Navigator::new(&loaded, &self.settings.camera)) {
             Ok(navigator) => self.navigator = navigator,
             Err(error) => self.show_message(error.to_string()),

@@ -17,6 +17,7 @@ mod light;
 mod material;
 mod pick;
 mod texture;
+mod viewpoint;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -25,12 +26,12 @@ use crate::math::fnv::Fnv;
 pub use bounds::Bounds;
 pub use camera::{Camera, Pose, Projection};
 pub use environment::{Environment, EqualAreaMap};
-pub use error::SceneError;
-
+pub use error::{SceneError, ViewpointError};
 pub use features::SceneFeatures;
 pub use light::{LightKind, PunctualLight};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use texture::{Filter, Image, Texture, Wrap};
+pub use viewpoint::{Viewpoint, moved_name};
 
 /// Everything a picture is made from. No invariants beyond those stated at the fields; every index is in range.
 #[derive(Clone, Debug, Default)]

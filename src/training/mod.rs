@@ -11,5 +11,5 @@ mod task;
 
 pub use error::TrainingError;
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
-pub use options::{LONG_RENDER_ROUNDS, Training, When};
+pub use options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
 pub use task::{TrainingProgress, TrainingResult, TrainingTask, WarmStart, find_training_paths, train};

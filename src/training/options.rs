@@ -8,7 +8,7 @@ use crate::subspace;
 /// and the host works on them.
 const COST_OF_A_PATH: f64 = 2.0;
 /// Rounds at most, unless asked for or the render is known to be long enough for more.
-pub(super) const DEFAULT_ROUNDS: u32 = 5;
+pub const DEFAULT_ROUNDS: u32 = 5;
 /// Rounds at most in a long render; later ones would have no more connections to learn from.
 pub const LONG_RENDER_ROUNDS: u32 = 7;
 

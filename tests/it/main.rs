@@ -11,6 +11,7 @@ mod bucket_tables;
 mod builtin;
 mod closed_forms;
 mod command;
+mod command_page;
 mod command_train;
 mod compare;
 mod degenerate;

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use halfway::cli::args::CameraArgs;
 use halfway::device::{Context, DeviceChoice};
 use halfway::film::Picture;
 use halfway::film::tonemap::ViewTransform;
@@ -15,8 +14,8 @@ use halfway::preview::snapshot::Snapshot;
 use halfway::preview::worker::{Event, Request, Save, Saved, Worker};
 use halfway::preview::{SLOTS, Settings};
 use halfway::render::{Budget, RenderOptions, Renderer};
-use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
+use halfway::scene::{Scene, Viewpoint};
 use halfway::subspace::Model;
 use halfway::training::Training;
 
@@ -51,7 +50,7 @@ fn settings(context: &Context, slot: usize) -> Settings {
     Settings {
         context: context.clone(),
         scene,
-        camera: CameraArgs::default(),
+        camera: Viewpoint::default(),
         loader: Box::new(|| Err("the scene does not change".into())),
         files: Vec::new(),
         options: options(),
@@ -144,7 +143,7 @@ impl Stage {
 }
 
 /// What `halfway render` makes with these flags.
-fn headless(camera: &CameraArgs, slot: usize, model: Option<Arc<Model>>) -> Picture {
+fn headless(camera: &Viewpoint, slot: usize, model: Option<Arc<Model>>) -> Picture {
     let mut scene: Scene = builtin("cornell").expect("a built-in scene");
     let camera = camera.choose(&mut scene).expect("a camera");
     let options = RenderOptions {
@@ -184,7 +183,7 @@ fn saved_pictures_are_those_of_render() {
     let saved = stage.save(folder.path().join("a"));
     assert_eq!((saved.slot, saved.view, saved.samples), (LVCBPT, 0, SAMPLES));
     let first = Picture::read(&saved.paths[0]).expect("a picture");
-    assert_same_bits(&first, &headless(&CameraArgs::default(), LVCBPT, None), "lvcbpt");
+    assert_same_bits(&first, &headless(&Viewpoint::default(), LVCBPT, None), "lvcbpt");
 
     // The camera moves, seen small meanwhile, while another integrator is asked for.
     for view in 1..=6 {
@@ -198,7 +197,7 @@ fn saved_pictures_are_those_of_render() {
     let seen = stage.finish(PATH, 6);
     let saved = stage.save(folder.path().join("b"));
     let second = Picture::read(&saved.paths[0]).expect("a picture");
-    let args = stage.navigator.args();
+    let args = stage.navigator.viewpoint();
     assert!(args.look_from.is_some(), "it has moved");
     assert_same_bits(&second, &headless(&args, PATH, None), "path, moved");
     assert_same_bits(&second, &seen.picture, "as seen");
@@ -224,7 +223,7 @@ fn learns_in_the_background_and_takes_over() {
     let model = Model::load(&saved.paths[2], builtin("cornell").unwrap().content_hash()).expect("a model");
     assert_eq!(model.connections, methods()[SPCBPT].plan().connections, "trained for what is rendered");
     let picture = Picture::read(&saved.paths[0]).expect("a picture");
-    assert_same_bits(&picture, &headless(&CameraArgs::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
+    assert_same_bits(&picture, &headless(&Viewpoint::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
 
     // The stand-in's film is kept: it is there again without rendering.
     stage.worker.request(Request { paused: true, ..request(&stage.navigator, PATH, 0) }, false);
@@ -240,7 +239,7 @@ fn learns_in_the_background_and_takes_over() {
     };
     stage.wait(|snapshot| snapshot.view == 1 && of_view(snapshot));
     let end = stage.finish(SPCBPT, 1);
-    let path = headless(&stage.navigator.args(), PATH, None);
+    let path = headless(&stage.navigator.viewpoint(), PATH, None);
     let mean = |picture: &Picture| picture.rgb.as_flattened().iter().map(|&v| f64::from(v)).sum::<f64>();
     let ratio = mean(&end.picture) / mean(&path);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
@@ -255,8 +254,8 @@ fn integrators_are_rendered_side_by_side() {
     assert_eq!((both.slot, both.figures.samples), (LVCBPT, SAMPLES));
     let (slot, beside) = both.beside.clone().expect("another picture");
     assert_eq!(slot, PATH);
-    assert_same_bits(&beside, &without_layers(headless(&CameraArgs::default(), PATH, None)), "path beside");
-    let seen = without_layers(headless(&CameraArgs::default(), LVCBPT, None));
+    assert_same_bits(&beside, &without_layers(headless(&Viewpoint::default(), PATH, None)), "path beside");
+    let seen = without_layers(headless(&Viewpoint::default(), LVCBPT, None));
     assert_same_bits(&both.picture, &seen, "lvcbpt");
 }
 

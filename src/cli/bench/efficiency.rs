@@ -74,7 +74,7 @@ pub struct EfficiencyArgs {
 pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
     let keeper = args.reference.keeper()?;
-    let context = Context::new(&args.subject.picture.device)?;
+    let context = args.subject.picture.device.open(true)?;
     let (today, command) = (today(), command_line());
     let mut heading = Some(format!("## {today}, {}\n\n`{command}`", context.describe()));
     let mut results = Vec::new();

@@ -8,7 +8,7 @@ use clap::Args;
 use super::candidate::Candidate;
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::reference::{self, AccumulatedReference, Check, Pass, Reference};
-use crate::cli::args::{InputError, open_device, parse_duration};
+use crate::cli::args::{InputError, parse_duration};
 use crate::cli::progress::{install_interrupt, interrupted};
 use crate::cli::text::{grouped, short};
 use crate::cli::{CliError, Exit};
@@ -394,7 +394,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
         maker: Some(maker.clone()),
     };
     install_interrupt();
-    let context = open_device(&args.subject.picture.device, quiet)?;
+    let context = args.subject.picture.device.open(quiet)?;
     let mut exit = Exit::Done;
     for path in &args.subject.scenes {
         let subject = args.subject.load(path)?;

@@ -8,8 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use crate::cli::args::{CameraArgs, InputError, moved_name};
-use crate::scene::{Bounds, Camera, Pose, Projection, Scene};
+use crate::scene::{Bounds, Camera, Pose, Projection, Scene, Viewpoint, ViewpointError, moved_name};
 
 /// Nearest to straight up or down that turning goes: the picture never flips.
 const PITCH_LIMIT: f64 = FRAC_PI_2 - 1e-3;
@@ -29,10 +28,10 @@ const REACH: [f64; 2] = [1e-9, 1e9];
 /// What would leave no camera, such as a movement that is not finite, is left out.
 #[derive(Clone, Debug)]
 pub struct Navigator {
-    /// The scene's own camera, which the arguments move.
+    /// The scene's own camera, which the viewpoint moves.
     own: Camera,
     /// What makes `start` of it.
-    args: CameraArgs,
+    viewpoint: Viewpoint,
     start: Camera,
     start_view: View,
     view: View,
@@ -41,16 +40,16 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Begins with the camera that the arguments ask for.
+    /// Begins with the camera that is asked for.
     ///
     /// # Errors
     /// There is no such camera.
-    pub fn new(scene: &Scene, args: &CameraArgs) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene, viewpoint: &Viewpoint) -> Result<Self, ViewpointError> {
         let bounds = scene.bounds();
-        let own = args.own(scene)?;
-        let start = args.apply(&own)?;
-        let camera = args.camera.clone().or_else(|| CameraArgs::naming(scene, 0).camera);
-        let distance = match args.pose(&own)? {
+        let own = viewpoint.own(scene)?;
+        let start = viewpoint.apply(&own)?;
+        let camera = viewpoint.camera.clone().or_else(|| Viewpoint::naming(scene, 0).camera);
+        let distance = match viewpoint.pose(&own)? {
             Some(pose) => pose.from.distance(pose.at),
             // Until `set_pivot_distance` is given what the middle of the picture shows.
             None => {
@@ -58,8 +57,8 @@ impl Navigator {
             }
         };
         let view = View::of(&start, distance);
-        let args = CameraArgs { camera, ..args.clone() };
-        Ok(Self { own, args, start, start_view: view, view, moved: false, bounds })
+        let viewpoint = Viewpoint { camera, ..viewpoint.clone() };
+        Ok(Self { own, viewpoint, start, start_view: view, view, moved: false, bounds })
     }
 
     /// Turns about the pivot, as if the scene were on a turntable that the pointer drags.
@@ -163,14 +162,14 @@ impl Navigator {
         self.moved.then(camera).flatten().unwrap_or_else(|| self.start.clone())
     }
 
-    /// The arguments that make the camera of the scene.
-    pub fn args(&self) -> CameraArgs {
-        if self.moved { self.args.moved(&self.view.pose()) } else { self.args.clone() }
+    /// What makes the camera of the scene.
+    pub fn viewpoint(&self) -> Viewpoint {
+        if self.moved { self.viewpoint.moved(&self.view.pose()) } else { self.viewpoint.clone() }
     }
 
     /// The same as text for a command line.
     pub fn flags(&self) -> String {
-        self.args().to_string()
+        self.viewpoint().to_string()
     }
 
     /// The view with another height of its orthographic projection, where there can be such.

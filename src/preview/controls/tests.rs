@@ -1,15 +1,8 @@
-use clap::Parser;
 use glam::Vec3;
 use proptest::prelude::*;
 
 use super::*;
 use crate::scene::builtin::{builtin, shapes};
-
-#[derive(Parser)]
-struct Line {
-    #[command(flatten)]
-    camera: CameraArgs,
-}
 
 const SCALES: [f64; 3] = [1e-6, 1.0, 1e6];
 const PARALLEL: Projection = Projection::Orthographic { xmag: 2.0, ymag: 1.5 };
@@ -25,12 +18,8 @@ fn scene(scale: f64, away: f64) -> Scene {
     Scene { meshes: vec![low, high], cameras: vec![perspective, parallel], ..Scene::default() }
 }
 
-fn args(words: &[&str]) -> CameraArgs {
-    Line::try_parse_from(["program"].iter().chain(words)).unwrap().camera
-}
-
 fn navigator(scene: &Scene, camera: &str) -> Navigator {
-    Navigator::new(scene, &args(&["--camera", camera])).unwrap()
+    Navigator::new(scene, &Viewpoint { camera: Some(camera.into()), ..Viewpoint::default() }).unwrap()
 }
 
 /// Where a point is seen, in heights of the picture, from its middle to the right and down.
@@ -61,11 +50,17 @@ fn what_has_not_moved_is_the_scenes_own() {
         navigator.reset();
         assert_eq!((&navigator.camera(), navigator.moved()), (own, false));
     }
-    let named = Navigator::new(&scene(1.0, 0.0), &CameraArgs::default()).unwrap();
+    let named = Navigator::new(&scene(1.0, 0.0), &Viewpoint::default()).unwrap();
     assert_eq!(named.flags(), "--camera a");
-    let line = args(&["--camera", "b", "--look-from", "1,2,3", "--look-at=0,0,-1", "--ortho-height", "2.5"]);
-    let mut navigator = Navigator::new(&scene(1.0, 0.0), &line).unwrap();
-    assert_eq!((navigator.args(), navigator.camera().position), (line, DVec3::new(1.0, 2.0, 3.0)));
+    let given = Viewpoint {
+        camera: Some("b".into()),
+        look_from: Some(DVec3::new(1.0, 2.0, 3.0)),
+        look_at: Some(DVec3::NEG_Z),
+        ortho_height: Some(2.5),
+        ..Viewpoint::default()
+    };
+    let mut navigator = Navigator::new(&scene(1.0, 0.0), &given).unwrap();
+    assert_eq!((navigator.viewpoint(), navigator.camera().position), (given, DVec3::new(1.0, 2.0, 3.0)));
     assert!((navigator.pivot() - DVec3::NEG_Z).length() < 1e-6);
     navigator.pan(0.1, 0.1);
     assert!(navigator.flags().starts_with("--camera b --look-from "), "{}", navigator.flags());
@@ -255,7 +250,7 @@ fn moves() -> impl Strategy<Value = Move> {
 
 proptest! {
     #[test]
-    fn any_moves_leave_a_camera_that_flags_make_again(
+    fn any_moves_leave_a_camera_that_its_viewpoint_makes_again(
         exponent in -6..=6i32,
         away in prop::sample::select(vec![0.0, 1.0, 1e4]),
         name in prop::sample::select(vec!["a", "b"]),
@@ -289,12 +284,11 @@ proptest! {
             prop_assert!((forward - expected).length() < 1e-5, "{:?}", forward - expected);
 
             let mut again = scene.clone();
-            let words = navigator.args().words();
-            let line = args(&words.iter().map(String::as_str).collect::<Vec<_>>());
-            let index = line.choose(&mut again).unwrap();
+            let viewpoint = navigator.viewpoint();
+            let index = viewpoint.choose(&mut again).unwrap();
             // Floats are written so that no two look alike.
-            prop_assert_eq!(format!("{:?}", again.cameras[index]), format!("{camera:?}"), "{}", words.join(" "));
-            let restarted = Navigator::new(&scene, &line).unwrap();
+            prop_assert_eq!(format!("{:?}", again.cameras[index]), format!("{camera:?}"), "{}", viewpoint);
+            let restarted = Navigator::new(&scene, &viewpoint).unwrap();
             prop_assert_eq!(restarted.camera(), camera);
             prop_assert_eq!(restarted.flags(), navigator.flags());
         }

@@ -13,7 +13,7 @@ use clap::Args;
 
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Goal, Plan, Point, measure};
-use crate::cli::args::{InputError, open_device, parse_duration};
+use crate::cli::args::{InputError, parse_duration};
 use crate::cli::bench::candidate::{Candidate, Sweep, parse_integrators, parse_sweep};
 use crate::cli::bench::reference::{ReferenceArgs, ReferenceFile};
 use crate::cli::bench::scene::{BenchScene, BenchSceneArgs};
@@ -149,7 +149,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let kept = args.output.join("runs.jsonl");
     let mut records = Records::open(&kept)?;
     install_interrupt();
-    let context = open_device(&args.subject.picture.device, quiet)?;
+    let context = args.subject.picture.device.open(quiet)?;
     let plan = Plan {
         time: Some(args.time),
         samples: args.spp,
