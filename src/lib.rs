@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Layers, top may use lower, never the reverse:
-//! `main`, `cli`, `preview` > `render` > `integrator` > `subspace`, `film` > `device` > `accel` > `scene` > `math`.
+//! `main`, `cli`, `preview` > `bench` > `render` > `training` > `integrator` > `subspace`, `film` > `device` > `accel` >
+//! `scene` > `picture_file` > `math` > `fault`.
 
 pub mod accel;
 pub mod bench;

@@ -1,10 +1,9 @@
-//! Choosing a device and making sure that it computes rightly.
+//! Choosing a device and opening it.
 
 use std::fmt::Write as _;
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
-use super::probe;
 use crate::device::DeviceError;
 
 /// Which adapter to take.
@@ -70,11 +69,11 @@ fn adapters_of(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
 }
 
 impl Context {
-    /// Opens a device and runs the start-up check (`loop_check.wgsl`) on it.
+    /// Opens a device without the start-up check.
     ///
     /// # Errors
-    /// No adapter, none that fits `choice`, or one that computes wrongly.
-    pub fn new(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+    /// No adapter, or none that fits `choice`.
+    pub(super) fn unchecked(choice: &DeviceChoice) -> Result<Self, DeviceError> {
         let instance = instance();
         let adapters = adapters_of(&instance);
         let wanted = match choice {
@@ -103,12 +102,10 @@ impl Context {
             }
             return Err(DeviceError::NotFound { wanted: format!("{wanted:?}"), list });
         };
-        let context = Self::open(instance, adapter)?;
-        probe::check_loops(&context)?;
-        Ok(context)
+        Self::open(instance, adapter)
     }
 
-    /// Opens an adapter with all of its limits and without the start-up check.
+    /// Opens an adapter with all of its limits.
     fn open(instance: wgpu::Instance, adapter: &wgpu::Adapter) -> Result<Self, DeviceError> {
         let info = adapter.get_info();
         let features = adapter.features() & Features::TIMESTAMP_QUERY;

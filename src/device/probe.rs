@@ -1,17 +1,29 @@
 //! The start-up check: a driver that cuts long loops short would give wrong pictures without an error.
 
 use super::buffer::BufferTable;
-use super::context::Context;
+use super::context::{Context, DeviceChoice};
 use super::kernels::Kernel;
 use crate::device::DeviceError;
 
-/// Runs `loop_check.wgsl`, whose loops are longer than any that rendering has.
+impl Context {
+    /// Opens a device and runs the start-up check on it.
+    ///
+    /// # Errors
+    /// No adapter, none that fits `choice`, or one that computes wrongly.
+    pub fn new(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+        let context = Self::unchecked(choice)?;
+        check_loops(&context)?;
+        Ok(context)
+    }
+}
+
+/// Runs `loop_check.wgsl`, whose loops are longer than any we trace with.
 ///
 /// # Errors
 /// [`DeviceError::CutsLoops`] with the counts found and what to install.
-pub(super) fn check_loops(context: &Context) -> Result<(), DeviceError> {
+fn check_loops(context: &Context) -> Result<(), DeviceError> {
     const EXPECTED: [u32; 3] = [200_000, 65_000, 300_000];
-    let kernel = Kernel::new(context, "loop_check", &Default::default(), &[])?;
+    let kernel = Kernel::new(context, "loop_check", Default::default(), &[])?;
     let mut buffers = BufferTable::default();
     buffers.upload(context, "loop_trips", &EXPECTED)?;
     buffers.create(context, "loop_counts", 12)?;

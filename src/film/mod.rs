@@ -10,14 +10,11 @@ pub mod flip;
 pub mod heatmap;
 pub mod metric;
 pub mod png;
+mod read;
 pub mod sums;
 pub mod tev;
 pub mod tonemap;
 pub mod write;
-
-use std::path::Path;
-
-use crate::picture_file::{PictureFile, PictureFileError};
 
 pub use crate::picture_file::Attribute;
 pub use error::FilmError;
@@ -100,28 +97,6 @@ impl Picture {
     /// A picture without layers or metadata; `rgb` has `width * height` pixels.
     pub fn new(width: u32, height: u32, rgb: Vec<[f32; 3]>) -> Self {
         Self { width, height, rgb, ..Self::default() }
-    }
-
-    /// Reads `.exr`, `.hdr`, `.pfm`, or `.png` (sRGB decoded to linear).
-    ///
-    /// # Errors
-    /// [`FilmError::Input`] when the file cannot be read, is damaged, or has no colours.
-    pub fn read(path: &Path) -> Result<Self, FilmError> {
-        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-            return png::read(path);
-        }
-        let file = PictureFile::read(path)?;
-        let rgb =
-            file.rgb().map_err(|reason| PictureFileError::Unusable { path: path.to_owned(), reason })?;
-        let mut picture = Self::new(file.width, file.height, rgb);
-        picture.metadata = file.attributes;
-        for (name, samples) in file.channels {
-            if !matches!(name.as_str(), "R" | "G" | "B") {
-                let (layer, channel) = name.rsplit_once('.').unwrap_or(("", &name));
-                picture.push_channel(layer, channel, samples);
-            }
-        }
-        Ok(picture)
     }
 
     /// The colours of some of its pixels, which all lie in it, without layers and metadata.

@@ -1,6 +1,7 @@
 //! Integrators: what one iteration dispatches.
 
 pub(crate) mod bidirectional;
+pub mod kernels;
 pub mod method;
 mod path;
 pub mod plan;
@@ -22,7 +23,7 @@ pub use view::{DEFAULT_ROULETTE_CAP, View};
 pub use wavefront::submission::SubmissionLimit;
 pub use wavefront::{RayCounts, Wavefront};
 
-/// Something that nobody asked for, and why it is so.
+/// What was chosen without being asked for, and why.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
     pub what: &'static str,
@@ -116,7 +117,7 @@ pub trait Integrator: Send {
     /// As [`render`](Self::render).
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError>;
 
-    /// The subspaces of what one camera ray a pixel meets first, pixel by pixel; `None` where none are learnt. For
+    /// The subspaces of what one camera ray per pixel meets first, pixel by pixel; `None` where none are learnt. For
     /// pictures of them, after the render: it counts rays.
     ///
     /// # Errors

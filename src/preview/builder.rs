@@ -34,8 +34,6 @@ pub enum Failure {
     /// The scene's file, in words for the user.
     Scene(String),
     Render(RenderError),
-    /// The thread did not start, or has panicked.
-    Thread(String),
 }
 
 impl<E: Into<RenderError>> From<E> for Failure {
@@ -152,10 +150,9 @@ impl Builder {
         });
         let thread = match spawned {
             Ok(thread) => Some(thread),
-            Err(error) => {
-                let message =
-                    format!("the system gives no thread: {error}; close other programs and restart");
-                let _ = sender.send(Err(Failure::Thread(message)));
+            Err(cause) => {
+                let error = RenderError::Thread { purpose: "work in the background", cause };
+                let _ = sender.send(Err(Failure::Render(error)));
                 None
             }
         };
@@ -177,8 +174,7 @@ impl Builder {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                let message = "work in the background has panicked; this is a defect, please report it";
-                Some(Err(Failure::Thread(message.into())))
+                Some(Err(Failure::Render(RenderError::Panicked { what: "work in the background" })))
             }
         }
     }

@@ -148,7 +148,7 @@ impl Prepared {
         learns.then(|| self.options.training.when.unwrap_or(self.suitable().0))
     }
 
-    /// When to learn where nobody says it, and why.
+    /// When to learn unless the options say so, and why.
     fn suitable(&self) -> (When, &'static str) {
         if self.options.training.paths.is_some() {
             (When::First, "as published")
@@ -176,7 +176,7 @@ impl Prepared {
         Self { warm_start, ..self }
     }
 
-    /// Learns what the render then connects by; until `interrupted` says so, which is asked several times a second.
+    /// Learns what the render then connects by; until `interrupted` says so, which is asked several times per second.
     ///
     /// # Errors
     /// A lost device, no light to learn from, [`RenderError::Interrupted`].
@@ -194,7 +194,7 @@ impl Prepared {
         Ok(trained)
     }
 
-    /// Makes ready to learn while rendering; until there are lessons, connections choose by power.
+    /// Makes ready to learn while rendering; until there are rounds, connections choose by power.
     fn begin_to_learn(&mut self) -> Result<PreparedTrainer, RenderError> {
         let beginning = PreparedTrainer::new(self.task())?;
         let elapsed = beginning.elapsed();
@@ -255,7 +255,7 @@ impl Prepared {
         report.choices.extend(integrator.choices());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
-        report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
+        report.compile_seconds = (wavefront.compile_time() + warm_up.elapsed()).as_secs_f64();
         Ok(Renderer {
             context,
             scene_hash,

@@ -41,9 +41,9 @@ pub struct Renderer {
     pub(super) scene_hash: u64,
     pub(super) sums: FilmSums,
     pub(super) learning: Option<OnlineTraining>,
-    /// Samples before which no lesson is heard.
+    /// Samples before which no other model is taken.
     pub(super) next_round: u32,
-    /// As soon as somebody asks.
+    /// Once they were asked for.
     pub(super) first_hits: Option<Vec<FirstHitPixel>>,
     pub(super) samples: u32,
     pub(super) elapsed: Duration,
@@ -63,7 +63,7 @@ impl Renderer {
         Prepared::new(context, scene, options)?.renderer()
     }
 
-    /// Starts anew with another seed, and with one strategy of a bidirectional method alone (or all of them). Learning
+    /// Starts again with another seed, and with one strategy of a bidirectional method alone (or all of them). Learning
     /// ends where it is.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl Renderer {
         self.begin()
     }
 
-    /// Looks from another camera from now on, at a picture of so many pixels (no more than at first), and starts anew.
+    /// Looks from another camera from now on, at a picture of so many pixels (no more than at first), and starts again.
     ///
     /// # Errors
     /// A part of a picture, or one without pixels or with too many; a lost device.
@@ -103,8 +103,8 @@ impl Renderer {
     }
 
     /// Leaves the device to others in between, from now on.
-    pub fn limit_submissions(&mut self, courtesy: SubmissionLimit) {
-        self.integrator.wavefront_mut().limit_submissions(courtesy);
+    pub fn limit_submissions(&mut self, limit: SubmissionLimit) {
+        self.integrator.wavefront_mut().limit_submissions(limit);
     }
 
     /// Name and buffer of all that it has on the device, the scene included.
@@ -117,7 +117,7 @@ impl Renderer {
         self.scene_hash
     }
 
-    /// Samples a pixel so far.
+    /// Samples per pixel so far.
     pub fn samples(&self) -> u32 {
         self.samples
     }
@@ -141,7 +141,7 @@ impl Renderer {
     /// for the end of the budget. Returns how many.
     ///
     /// # Errors
-    /// A lost device; [`DeviceError::Abandoned`], after which only starting anew helps.
+    /// A lost device; [`DeviceError::Abandoned`], after which only starting again helps.
     pub fn step(&mut self, most: u32) -> Result<u32, RenderError> {
         let start = Instant::now();
         let at_once = self.integrator.samples_at_once();
@@ -304,7 +304,7 @@ impl Renderer {
         report.memory = wavefront.buffers.sizes();
         if self.learning.is_some() {
             let reason = "the render ended before learning did";
-            report.choices.push(Choice::new("lessons", report.round_samples.len(), reason));
+            report.choices.push(Choice::new("rounds", report.round_samples.len(), reason));
         }
         Ok(report)
     }

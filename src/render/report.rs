@@ -30,11 +30,11 @@ pub struct Report {
     pub features: SceneFeatures,
     /// Of the model that was learnt or given.
     pub training: Option<TrainingReport>,
-    /// The loss after each lesson over that before it, as far as it is known.
+    /// The loss after each round over that before it, as far as it is known.
     pub round_losses: Vec<f64>,
-    /// Samples a pixel that were there when a lesson came, where learning goes on while rendering.
+    /// Samples per pixel that were there when a round ended, where learning goes on while rendering.
     pub round_samples: Vec<u32>,
-    /// What nobody asked for, and why it is so.
+    /// What was chosen without being asked for, and why.
     pub choices: Vec<Choice>,
     /// Bytes by buffer.
     pub memory: Vec<(String, u64)>,

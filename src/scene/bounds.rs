@@ -2,8 +2,6 @@
 
 use glam::DVec3;
 
-use super::Scene;
-
 /// A box along the axes, scene units; a point where nothing has an extent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -12,6 +10,19 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box around all points; the origin where there are none.
+    pub fn of<'a>(points: impl Iterator<Item = &'a DVec3>) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points {
+            low = low.min(*point);
+            high = high.max(*point);
+        }
+        match low.is_finite() {
+            true => Self { low, high },
+            false => Self { low: DVec3::ZERO, high: DVec3::ZERO },
+        }
+    }
+
     pub fn centre(&self) -> DVec3 {
         0.5 * self.low + 0.5 * self.high
     }
@@ -19,20 +30,5 @@ impl Bounds {
     /// The radius of the sphere around the box; 1 around a point, so that cameras have something to frame.
     pub fn radius(&self) -> f64 {
         if self.high == self.low { 1.0 } else { (0.5 * self.high - 0.5 * self.low).length() }
-    }
-}
-
-impl Scene {
-    /// The box around all vertices; the origin where there are none.
-    pub fn bounds(&self) -> Bounds {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for position in self.meshes.iter().flat_map(|mesh| &mesh.positions) {
-            low = low.min(*position);
-            high = high.max(*position);
-        }
-        match low.is_finite() {
-            true => Bounds { low, high },
-            false => Bounds { low: DVec3::ZERO, high: DVec3::ZERO },
-        }
     }
 }

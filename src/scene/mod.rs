@@ -81,6 +81,11 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
     }
 
+    /// The box around all vertices; the origin where there are none.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of(self.meshes.iter().flat_map(|mesh| &mesh.positions))
+    }
+
     /// The cameras that are the scene's own.
     pub fn own_cameras(&self) -> &[Camera] {
         let placed = usize::from(self.camera_placed);

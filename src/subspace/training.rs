@@ -1,4 +1,4 @@
-//! What pre-tracing hands over: full paths with their connections, and light vertices. Plain data; positions are in
+//! What is learnt from: full paths with their connections, and light vertices. Plain data; positions are in
 //! unit space.
 
 use std::ops::Range;
@@ -8,7 +8,7 @@ use glam::Vec3;
 /// Side of a picture's tiles in pixels; contributions are relative to the brightness of their tile.
 pub const TILE_SIZE: u32 = 10;
 
-/// Last vertex of a sub-path: what the classification looks at.
+/// Last vertex of a sub-path: what is classified.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Feature {
     pub position: Vec3,

@@ -43,7 +43,7 @@ fn kind_at(depth: u32, direction: bool) -> u32 {
     }
 }
 
-fn looked_at(feature: &Feature, kind: u32) -> Vec3 {
+fn vector_of(feature: &Feature, kind: u32) -> Vec3 {
     match kind {
         TREE_POSITION => feature.position,
         TREE_NORMAL => feature.normal,
@@ -130,7 +130,7 @@ impl Tree {
             let at = split.bounds[which].centre.to_array();
             let own = &mut order[split.samples.clone()];
             let octants =
-                sort_by_octant(own, &mut sorted, |i| octant(looked_at(&samples[i as usize].0, kind), at));
+                sort_by_octant(own, &mut sorted, |i| octant(vector_of(&samples[i as usize].0, kind), at));
             let base = nodes.len() as u32;
             let inherited = nodes[split.node].child_kind;
             nodes[split.node] = TreeNode { split: at, child_kind: kind | base };
@@ -163,7 +163,7 @@ impl Tree {
     pub fn label(&self, feature: &Feature) -> u32 {
         let mut node = &self.nodes[0];
         while node.child_kind & TREE_KIND != TREE_LEAF {
-            let at = looked_at(feature, node.child_kind & TREE_KIND);
+            let at = vector_of(feature, node.child_kind & TREE_KIND);
             node = &self.nodes[((node.child_kind & TREE_CHILD) + octant(at, node.split)) as usize];
         }
         node.child_kind & TREE_CHILD

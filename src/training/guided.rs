@@ -36,7 +36,7 @@ const ENOUGH_NODES: usize = 1_500_000;
 const VARIANCE_OF_A_CONNECTION: f64 = 2.0;
 /// What a round gains, of what the two before it did on average (docs/measurements.md, Longer renders).
 const GAIN_OF_THE_NEXT: f64 = 0.5;
-/// Rounds that those can do without who know something of the scene.
+/// Rounds that a warm start does without.
 const ROUNDS_OF_A_WARM_START: u32 = 2;
 
 /// Finds paths and learns from them, by turns.
@@ -47,7 +47,7 @@ pub(super) fn train(
     task: &TrainingTask,
     go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
 ) -> Result<TrainingResult, TrainingError> {
-    // Who knew something before wants to know whether this is better.
+    // After a warm start the caller asks whether the new model is better.
     Trainer::begin(task)?.run(task, task.warm_start.is_some(), go_on)
 }
 
@@ -83,7 +83,7 @@ pub(super) struct Trainer {
     light_paths: u32,
     camera_paths: u64,
     pub model: Arc<Model>,
-    /// The model before the last round, as long as nobody knows what that was worth.
+    /// The model before the last round, until it is known what that was worth.
     before: Option<Arc<Model>>,
     losses: Vec<f64>,
     clock: Clock,
@@ -160,7 +160,7 @@ impl Trainer {
     ) -> Result<TrainingResult, TrainingError> {
         let training = &task.training;
         let (usual, limit) = training.most_rounds();
-        // Who knows something already has no use for what an iteration or two can teach.
+        // A warm start has no use for what an iteration or two can teach.
         let skipped = if task.warm_start.is_some() { ROUNDS_OF_A_WARM_START.min(usual - 1) } else { 0 };
         let mut most = usual;
         let [mut iteration, mut taught] = [0, skipped];
@@ -265,7 +265,7 @@ impl Trainer {
         Ok(())
     }
 
-    /// One camera path a pixel against a cache of light paths; says which full paths that found.
+    /// One camera path per pixel against a cache of light paths; says which full paths that found.
     fn find_paths(&mut self, task: &TrainingTask, iteration: u32) -> Result<Range<usize>, TrainingError> {
         let context = &task.context;
         let first = self.set.paths().len();

@@ -17,7 +17,7 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// Makes buffers for `capacity` records of each kind. What writes them has to be bound anew.
+    /// Makes buffers for `capacity` records of each kind. What writes them has to be bound again.
     ///
     /// # Errors
     /// A buffer that does not fit.
@@ -143,8 +143,8 @@ fn gather(
     }
 }
 
-/// The connections that could have made the path x_1 .. x_{n-1}, x_n: `algorithm.md` 2.1, with all densities over that
-/// of the path. Where x_n is no point on a light but a vertex of the cache: those as far as x_n.
+/// The connections that could have made the path x_1 .. x_{n-1}, x_n, one for each of its edges between surfaces or to a
+/// light, with all densities over that of the path. Where x_n is no point on a light but a vertex of the cache: those as far as x_n.
 fn eye_side(
     vertices: &[TrainingVertex],
     end: &TrainingEnd,

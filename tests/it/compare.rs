@@ -163,7 +163,7 @@ fn tev_gets_every_channel() {
 }
 
 #[test]
-fn tev_that_does_not_run_is_told() {
+fn tev_that_does_not_run_is_reported() {
     // A port that was free a moment ago.
     let free = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a port");
     for address in [free.to_string().as_str(), "nonsense"] {

@@ -169,7 +169,7 @@ fn files_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn r04_failed_write_is_told_and_leaves_nothing() {
+fn r04_failed_write_is_reported_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let picture = full_picture();
     let missing = folder.path().join("missing/picture.exr");
@@ -185,7 +185,7 @@ fn r04_failed_write_is_told_and_leaves_nothing() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn r04_device_full_is_told() {
+fn r04_device_full_is_reported() {
     let message = film_exr::write(Path::new("/dev/full"), &full_picture()).unwrap_err().to_string();
     assert!(message.contains("os error 28"), "{message}");
     let message = film_png::write(
@@ -248,7 +248,7 @@ fn srgb_curve_is_its_own_inverse() {
 }
 
 #[test]
-fn views_do_what_their_sources_say() {
+fn views_follow_their_sources() {
     // PBR Neutral: below the shoulder only the Fresnel offset of 0.04 is taken away.
     let shown = ViewTransform::Neutral.display(0.0, [0.5, 0.3, 0.2]);
     for (have, want) in shown.iter().zip([0.46, 0.26, 0.16]) {

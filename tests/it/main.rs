@@ -1,4 +1,4 @@
-//! The one integration binary.
+//! The one integration binary. A test that begins with a number, such as `n05_`, is explained in docs/tests.md.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where its preparation fails")]
 
@@ -43,6 +43,7 @@ mod preview;
 mod public_scenes;
 mod quadrature;
 mod random;
+mod reachable;
 mod readme;
 mod reference;
 mod respawn;

@@ -160,7 +160,7 @@ fn the_noise_of_a_reference_can_be_subtracted() {
     assert_close(added.mean, 0.05 / (128.0f64 * 96.0).sqrt(), 0.01);
 
     assert_eq!(reference_noise(&picture).expect("a reference"), None);
-    // The variance of one sample is not known, whatever the layer says.
+    // The variance of one sample is not known, whatever the layer holds.
     reference.push_channel("samples", "Y", vec![1.0; 128 * 96]);
     assert_eq!(reference_noise(&reference).expect("a reference"), None);
 }

@@ -36,7 +36,7 @@ fn render(renderer: &mut Renderer) -> Report {
         renderer.run(|_| false).expect("a render");
         let report = renderer.report().expect("a report");
         assert_eq!(report.samples, samples);
-        let choice = report.choices.iter().find(|choice| choice.what == "lessons");
+        let choice = report.choices.iter().find(|choice| choice.what == "rounds");
         if choice.is_some_and(|choice| choice.reason == "as many as wanted") {
             renderer.set_budget(Budget { samples: Some(samples + 16), ..Budget::default() });
             renderer.run(|_| false).expect("a render");
@@ -103,7 +103,7 @@ fn learning_ends_with_the_render() {
     let mut renderer = renderer(&scene, 7);
     renderer.run(|_| false).expect("a render");
     let report = renderer.report().expect("a report");
-    let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice");
+    let choice = report.choices.iter().find(|choice| choice.what == "rounds").expect("a choice");
     assert_eq!(choice.value, report.round_samples.len().to_string());
     assert_eq!(choice.reason, "the render ended before learning did");
     let learnt = renderer.model.clone().expect("a model");

@@ -39,7 +39,7 @@ fn claimed_over_true(method: Method, samples: u32) -> f64 {
     const SEEDS: u64 = 64;
     let scene = builtin("cornell").expect("a built-in scene");
     let budget = Budget { samples: Some(samples), ..Budget::default() };
-    // Without the lamp, whose few pixels have most of the variance: their scatter would say little.
+    // Without the lamp, whose few pixels have most of the variance: their scatter would hide the rest.
     let crop = Some(Region::new(0, 12, 24, 12));
     let options = RenderOptions {
         view: View { width: 24, height: 24, crop, max_depth: Some(4), ..View::default() },

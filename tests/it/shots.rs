@@ -131,7 +131,7 @@ fn r09_non_finite_samples_are_counted_and_left_out() {
     buffers.upload_uniform(context, "batch", &[batch]).unwrap();
     let bytes = 2 * size_of::<FilmPixel>() as u64;
     buffers.create(context, "film", bytes).unwrap();
-    let kernel = Kernel::new(context, "film_accumulate", &Default::default(), &[]).unwrap();
+    let kernel = Kernel::new(context, "film_accumulate", Default::default(), &[]).unwrap();
     let bound = kernel.bind(context, &buffers).unwrap();
     let mut encoder = context.device.create_command_encoder(&Default::default());
     bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), 2);

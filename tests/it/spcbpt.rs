@@ -186,7 +186,7 @@ fn rounds_end_for_a_reason() {
         let options = RenderOptions { view: View { width, height, ..small.view }, training, budget, ..small };
         let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
-        let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();
+        let choice = report.choices.iter().find(|choice| choice.what == "rounds").expect("a choice").clone();
         (choice, report.round_losses)
     };
     let (scene, _) = cornell();

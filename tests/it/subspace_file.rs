@@ -16,7 +16,7 @@ fn model() -> Model {
     Model { seed: 1 << 40, ..data(1000, 1).train(&settings) }
 }
 
-/// What the file says when its bytes were changed like that.
+/// What reading the file gives when its bytes were changed like that.
 fn load(model: &Model, change: impl Fn(&mut Vec<u8>)) -> Result<Model, SubspaceError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.subspaces");

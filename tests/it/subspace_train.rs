@@ -253,7 +253,7 @@ fn fresh_loss(fresh: &Data, model: &Model, gamma: &dyn Fn(usize, usize) -> f64) 
     sum
 }
 
-/// Where paths are few, what neighbours have learnt says more than they do; where there are many, what
+/// Where paths are few, what neighbours have learnt is worth more than they are; where there are many, what
 /// chance makes of the choice does little harm.
 #[test]
 fn smoothing_helps_where_paths_are_few() {

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{punctual_intensity, scaled};
+use super::units::{punctual_intensity, scaled};
 use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
@@ -50,10 +50,37 @@ struct DeviceEnvironment {
     /// Radiance, and probability of the texel.
     texels: Vec<[f32; 4]>,
     alias: Vec<[u32; 2]>,
+    power: f64,
 }
 
-/// Lists the lights and their probabilities. Lights without power are left out: emission that is black where it was
-/// looked at is still found by chance hits, with full weight.
+impl DeviceEnvironment {
+    /// `light`: its index in the list of lights. `None` where the strongest light is so strong that nothing is left of it.
+    ///
+    /// # Errors
+    /// Radiance that is no number.
+    fn new(map: &EqualAreaMap, light: usize, radiance_exponent: i32) -> Result<Option<Self>, DeviceError> {
+        let texels: Vec<Vec3> =
+            map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
+        let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
+        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        if mean == 0.0 {
+            return Ok(None);
+        }
+        let table = AliasTable::new(&weights)?;
+        let texels = texels.iter().enumerate();
+        Ok(Some(Self {
+            size: map.size,
+            light,
+            texels: texels.map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32]).collect(),
+            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
+            // Radiance over all directions, falling on the disc around the unit scene.
+            power: mean * 4.0 * std::f64::consts::PI.powi(2),
+        }))
+    }
+}
+
+/// Lists the lights and their probabilities. Lights without power are left out, and so are those that have no area, or
+/// that are too weak beside the strongest for f32.
 ///
 /// # Errors
 /// An environment whose scaled radiance is no number.
@@ -127,24 +154,11 @@ pub(super) fn collect(
         (true, Some(environment)) => EqualAreaMap::new(environment)?,
         _ => None,
     };
-    if let Some(map) = map {
-        let texels: Vec<Vec3> =
-            map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
-        let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
-        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
-        let table = AliasTable::new(&weights)?;
-        // Radiance over all directions, falling on the disc around the unit scene.
-        add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, mean * 4.0 * std::f64::consts::PI.powi(2));
-        lights.environment = Some(DeviceEnvironment {
-            size: map.size,
-            light: lights.entries.len() - 1,
-            texels: texels
-                .iter()
-                .enumerate()
-                .map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32])
-                .collect(),
-            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
-        });
+    if let Some(map) = map
+        && let Some(environment) = DeviceEnvironment::new(&map, lights.entries.len(), radiance_exponent)?
+    {
+        add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, environment.power);
+        lights.environment = Some(environment);
     }
     if !powers.is_empty() {
         let table = AliasTable::new(&defensive_mix(&powers, DEFENSIVE_SHARE)?)?;
@@ -206,6 +220,7 @@ impl Lights {
 
     /// Kinds of light that turned out to have no power are features that the kernels can do without.
     pub(super) fn restrict(&self, features: &mut SceneFeatures) {
+        features.area_lights &= self.of_triangle.iter().any(|&light| light != 0);
         features.environment &= self.environment.is_some();
         features.punctual_lights &= !self.punctual.is_empty();
     }

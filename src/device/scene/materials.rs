@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::scaled;
+use super::units::scaled;
 use crate::accel::UnitSpace;
 use crate::device::layout::{
     MATERIAL_DELTA, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MATERIAL_VOLUME, Material,

@@ -2,24 +2,24 @@
 
 mod lights;
 mod materials;
+mod units;
 mod vertices;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
-
 pub use lights::{LightSourceInfo, SourceKind};
 
 use super::buffer::BufferTable;
 use super::context::Context;
+use super::features::{Feature, Features};
 use super::layout::{self, Camera};
-use super::shader::Features;
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
-use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
+use crate::math::scale::normalising_exponent;
 use crate::scene::{self, Projection, Scene, SceneFeatures};
+use units::punctual_intensity;
 
 /// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
 const STACK: u32 = 16;
@@ -67,7 +67,7 @@ impl DeviceScene {
         let triangles = triangles(scene, accel, &lights.of_triangle);
         buffers.upload(context, "triangles", &triangles)?;
         materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
-        if features.attributes() {
+        if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
         }
         if !features.lambert_only {
@@ -86,19 +86,13 @@ impl DeviceScene {
         })
     }
 
-    /// The names that the kernels' `#if` lines test.
+    /// What all kernels for the scene are compiled with.
     pub fn kernel_features(&self) -> Features {
-        let mut names = self.features.names();
-        if self.features.attributes() {
-            names.insert("attributes");
-        }
-        if !self.lights.is_empty() {
-            names.insert("lights");
-        }
+        let mut features = Features::from(self.features);
         if self.deep_tree {
-            names.insert("deep_tree");
+            features.insert(Feature::DeepTree);
         }
-        names
+        features
     }
 }
 
@@ -143,20 +137,6 @@ fn radiance_exponent(scene: &Scene, unit: &UnitSpace) -> i32 {
     });
     let strongest = surfaces.chain(punctual).chain(environment).fold(0.0, f64::max);
     normalising_exponent(strongest).map_or(0, |exponent| -exponent)
-}
-
-/// Intensity such that intensity / distance^2 is right for distances of unit space.
-fn punctual_intensity(light: &scene::PunctualLight, unit: &UnitSpace) -> glam::DVec3 {
-    let exponent = match light.kind {
-        scene::LightKind::Directional => 0,
-        _ => 2 * unit.exponent,
-    };
-    light.intensity.as_dvec3().to_array().map(|channel| scale_by_power_of_two(channel, exponent)).into()
-}
-
-/// A radiance of the scene as kernels see it.
-fn scaled(radiance: Vec3, exponent: i32) -> Vec3 {
-    radiance.to_array().map(|channel| scale_by_power_of_two(f64::from(channel), -exponent) as f32).into()
 }
 
 fn triangles(scene: &Scene, accel: &Accel, light_of_triangle: &[u32]) -> Vec<layout::Triangle> {

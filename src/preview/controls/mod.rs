@@ -14,17 +14,17 @@ use crate::scene::{Bounds, Camera, Pose, Projection, Scene, Viewpoint, Viewpoint
 const PITCH_LIMIT: f64 = FRAC_PI_2 - 1e-3;
 /// What orbiting by the picture's height turns by.
 const ORBIT_ANGLE: f64 = PI;
-/// What looking by the picture's height turns by where there is no field of view.
+/// What `look` by the picture's height turns by where there is no field of view.
 const LOOK_ANGLE: f64 = 1.0;
 /// What a step of the wheel leaves of the distance.
 const STEP: f64 = 0.9;
-/// Radii of the scene a second.
+/// Of flying, in radii of the scene per second; and the factor of fast flight.
 const SPEED: f64 = 0.5;
 const FAST: f64 = 4.0;
 /// Distances and heights that the wheel reaches, in radii of the scene.
 const REACH: [f64; 2] = [1e-9, 1e9];
 
-/// A camera that is moved by hand. Movements of the pointer are in heights of the picture, x to the right and y down.
+/// A camera that the user moves. Movements of the pointer are in heights of the picture, x to the right and y down.
 /// What would leave no camera, such as a movement that is not finite, is left out.
 #[derive(Clone, Debug)]
 pub struct Navigator {
@@ -76,8 +76,8 @@ impl Navigator {
         self.go(self.view.shifted((up * dy - right * dx) * height));
     }
 
-    /// Comes a tenth closer to the pivot with each step, or leaves it where they are negative; scales what an orthographic
-    /// camera sees.
+    /// Comes a tenth closer to the pivot with each step, or moves away where they are negative; scales what an
+    /// orthographic camera sees.
     pub fn dolly(&mut self, steps: f64) {
         if steps == 0.0 {
             return;
@@ -91,7 +91,7 @@ impl Navigator {
         });
     }
 
-    /// Turns the head: with a perspective camera, by the angle that the pointer passes over in the picture's middle.
+    /// Turns the camera on the spot: a perspective one by the angle that the pointer passes over in the picture's middle.
     pub fn look(&mut self, dx: f64, dy: f64) {
         if dx != 0.0 || dy != 0.0 {
             let angle = match self.view.projection {
@@ -204,7 +204,7 @@ struct View {
 impl View {
     fn of(camera: &Camera, distance: f64) -> Self {
         let [right, up, forward] = [camera.right, camera.up, camera.forward].map(|axis| axis.as_dvec3());
-        // No more than `f32` makes of nothing: upright. Then `right` tells the yaw, even straight up or down.
+        // No more than `f32` makes of nothing: upright. Then `right` has the yaw, even straight up or down.
         let (yaw, roll) = if right.y.abs() < 1e-6 && up.y > -1e-6 {
             ((-right.z).atan2(right.x), 0.0)
         } else {
@@ -237,7 +237,7 @@ impl View {
 
     fn pose(&self) -> Pose {
         let [_, up, forward] = self.axes();
-        // +y where that is the same, as people would write it.
+        // +y where that is the same: shorter flags.
         let up = if self.roll == 0.0 && self.pitch.abs() <= PITCH_LIMIT { DVec3::Y } else { up };
         // Far from the origin, two points that are close together leave little of the direction between them.
         let distance = self.distance.max(1e-8 * self.from.abs().max_element());

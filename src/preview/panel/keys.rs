@@ -87,6 +87,10 @@ impl Shortcut {
     }
 }
 
+/// View transforms with their names, in the order in which a key steps through them.
+pub const VIEW_TRANSFORMS: [(ViewTransform, &str); 3] =
+    [(ViewTransform::Neutral, "neutral"), (ViewTransform::Srgb, "sRGB"), (ViewTransform::Agx, "AgX")];
+
 /// Keys that change what the user has chosen, as [`help`] lists them.
 const CHOICES: [(&str, &str); 5] = [
     ("Space", "Pause, resume"),
@@ -165,8 +169,7 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
             }
         }
         for _ in 0..times(Key::V, false) {
-            choices.look.view =
-                next(&[ViewTransform::Neutral, ViewTransform::Srgb, ViewTransform::Agx], choices.look.view);
+            choices.look.view = next(&VIEW_TRANSFORMS.map(|(transform, _)| transform), choices.look.view);
         }
     });
     actions

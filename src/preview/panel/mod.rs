@@ -6,15 +6,14 @@ mod keys;
 use egui::{Color32, DragValue, RichText, ScrollArea, Slider, Ui};
 
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::film::tonemap::ViewTransform;
 use crate::integrator::{Descriptor, METHODS};
 
 use super::Settings;
 use super::display::{Look, Show};
 use super::snapshot::Snapshot;
 
-use keys::SHORTCUTS;
 pub use keys::{Action, keys};
+use keys::{SHORTCUTS, VIEW_TRANSFORMS};
 
 /// Points.
 pub const WIDTH: f32 = 300.0;
@@ -140,9 +139,7 @@ fn integrators(ui: &mut Ui, status: &Status, choices: &mut Choices) {
 fn look(ui: &mut Ui, status: &Status, choices: &mut Choices) {
     let look = &mut choices.look;
     ui.horizontal(|ui| {
-        for (view, name) in
-            [(ViewTransform::Neutral, "neutral"), (ViewTransform::Srgb, "sRGB"), (ViewTransform::Agx, "AgX")]
-        {
+        for (view, name) in VIEW_TRANSFORMS {
             ui.selectable_value(&mut look.view, view, name);
         }
     });

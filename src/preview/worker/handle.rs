@@ -97,14 +97,13 @@ impl State {
             Err(Failure::Stopped) => {}
             Err(Failure::Scene(message)) => self.send(Event::Failed(message)),
             Err(Failure::Render(error @ RenderError::Device(DeviceError::Lost { .. }))) => return Err(error),
-            Err(Failure::Render(error)) => self.build_failed(purpose, slot, view, error.to_string()),
-            Err(Failure::Thread(message)) => self.build_failed(purpose, slot, view, message),
+            Err(Failure::Render(error)) => self.build_failed(purpose, slot, view, &error),
         }
         Ok(())
     }
 
     /// It is not tried again before something else is requested.
-    fn build_failed(&mut self, purpose: Purpose, slot: usize, view: u64, message: String) {
+    fn build_failed(&mut self, purpose: Purpose, slot: usize, view: u64, error: &RenderError) {
         match purpose {
             Purpose::Scene => self.scene_failed = true,
             Purpose::Film => self.failed[slot] = true,
@@ -114,7 +113,7 @@ impl State {
                 }
             }
         }
-        self.send(Event::Failed(message));
+        self.send(Event::Failed(error.to_string()));
     }
 
     fn take_scene(&mut self, scene: Arc<Scene>, uploaded: Uploaded) {

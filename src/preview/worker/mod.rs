@@ -22,7 +22,7 @@ use crate::subspace::Model;
 use super::builder::Builder;
 use super::film::Film;
 use super::snapshot::{Activity, Snapshot};
-use super::{PreviewError, SLOTS, Settings};
+use super::{SLOTS, Settings};
 
 use messages::Command;
 pub use messages::{Event, Request, Save, Saved};
@@ -41,8 +41,8 @@ struct Shared {
     latest: Mutex<Arc<Snapshot>>,
     /// Ends the step that is being rendered before its next submission.
     abandon: Arc<AtomicBool>,
-    /// The step renders a whole picture. Small ones, for a moving camera, are finished: of a camera that moves on and on
-    /// there would never be a picture otherwise.
+    /// The step renders a whole picture. Small ones, for a moving camera, are finished: of a camera that never stands
+    /// still there would be no picture otherwise.
     abandonable: AtomicBool,
 }
 
@@ -61,7 +61,7 @@ impl Worker {
         settings: Arc<Settings>,
         request: Request,
         notify: impl Fn() + Send + 'static,
-    ) -> Result<Self, PreviewError> {
+    ) -> Result<Self, RenderError> {
         let (commands, received) = mpsc::channel();
         let (sender, events) = mpsc::channel();
         let shared = Arc::new(Shared::default());
@@ -98,9 +98,7 @@ impl Worker {
                     let _ = events.send(Event::Lost(message.into()));
                 }
             })
-            .map_err(|error| PreviewError::Window {
-                message: format!("the system gives no thread: {error}"),
-            })?;
+            .map_err(|cause| RenderError::Thread { purpose: "the window's worker", cause })?;
         Ok(Self { commands, events, shared, thread: Some(thread) })
     }
 
@@ -248,7 +246,7 @@ impl State {
         (self.notify)();
     }
 
-    fn fail(&mut self, slot: usize, error: &dyn std::fmt::Display) {
+    fn fail(&mut self, slot: usize, error: &RenderError) {
         self.failed[slot] = true;
         self.send(Event::Failed(error.to_string()));
     }

@@ -13,16 +13,16 @@ use crate::training::When;
 
 use super::State;
 
-/// Numbers for a GPU, and for a software device.
-struct Pace {
+/// What differs between GPUs and software devices.
+struct Tuning {
     /// A frame of the window waits for one submission at most; on software, dispatches are dear.
     submission: Duration,
     /// Sides of the picture are divided by this while the camera moves, until the time of a sample is measured.
     first_divisor: u32,
 }
 
-const GPU: Pace = Pace { submission: Duration::from_millis(20), first_divisor: 1 };
-const SOFTWARE: Pace = Pace { submission: Duration::from_millis(100), first_divisor: 4 };
+const GPU: Tuning = Tuning { submission: Duration::from_millis(20), first_divisor: 1 };
+const SOFTWARE: Tuning = Tuning { submission: Duration::from_millis(100), first_divisor: 4 };
 
 /// Seconds of a step, and of a sample while the camera moves.
 const STEP: f64 = 0.1;
@@ -34,12 +34,12 @@ const SETTLED: Duration = Duration::from_millis(1000);
 const SNAPSHOT_INTERVAL: u32 = 3;
 
 impl State {
-    fn pace(&self) -> &'static Pace {
+    fn tuning(&self) -> &'static Tuning {
         if self.settings.context.is_cpu() { &SOFTWARE } else { &GPU }
     }
 
     pub(super) fn submission_limit(&self) -> SubmissionLimit {
-        SubmissionLimit { slice: self.pace().submission, abandon: self.shared.abandon.clone() }
+        SubmissionLimit { slice: self.tuning().submission, abandon: self.shared.abandon.clone() }
     }
 
     fn is_moving(&self) -> bool {
@@ -144,7 +144,7 @@ impl State {
         self.shown = self.seen();
         let Some(slot) = self.next_film() else { return Ok(()) };
         self.working = slot;
-        let (moving, first_divisor) = (self.is_moving(), self.pace().first_divisor);
+        let (moving, first_divisor) = (self.is_moving(), self.tuning().first_divisor);
         let aim = Aim {
             camera: self.request.camera.clone(),
             view: self.request.view,

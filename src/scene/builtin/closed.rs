@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Stage, shapes};
+use super::shapes;
+use super::stage::Stage;
 use crate::scene::{Camera, Material, Projection, Scene};
 
 /// The inside of the cube [-1, 1]^3, every face with albedo `rho` and emitted radiance `le`, camera inside.

@@ -4,7 +4,8 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::{Stage, shapes};
+use super::shapes;
+use super::stage::Stage;
 use crate::scene::{LightKind, PunctualLight, Scene};
 
 /// `count` square lamps of 1 cm over a floor of 4 x 4 units. Their powers run from 10^`exponents[0]` up to

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Stage, shapes};
+use super::shapes;
+use super::stage::Stage;
 use crate::scene::Scene;
 
 /// The classic box: 2 x 2 x 2 units, open towards the camera, red wall left, green wall right, a lamp at the

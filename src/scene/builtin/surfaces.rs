@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
-use super::{Stage, shapes};
+use super::shapes;
+use super::stage::Stage;
 use crate::scene::{Filter, Image, Material, Scene};
 
 /// A row of seven balls on a checkerboard: matte, plastic, three metals of growing roughness, smooth and rough glass;

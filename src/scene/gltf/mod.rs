@@ -18,6 +18,7 @@ mod image;
 mod material;
 mod mesh;
 mod nodes;
+mod options;
 mod place;
 mod skin;
 mod tangents;
@@ -36,39 +37,7 @@ use material::MaterialTable;
 use mesh::{Primitive, PrimitiveReader, Skipped};
 use nodes::NodeTree;
 
-/// How a file is read.
-#[derive(Clone, Debug, Default)]
-pub struct LoadOptions {
-    /// Let URIs lead out of the folder of the file.
-    pub allow_outside: bool,
-    pub limits: Limits,
-}
-
-/// Sizes beyond which a file is refused before memory is taken for it.
-#[derive(Clone, Debug)]
-pub struct Limits {
-    /// Bytes of one file, and of all buffers together.
-    pub file_bytes: u64,
-    /// Vertices and triangles of the flattened scene.
-    pub vertices: u64,
-    pub triangles: u64,
-    /// Pixels of one image.
-    pub image_pixels: u64,
-    /// Elements of an accessor that has no data (all zeros), which costs a file nothing to ask for.
-    pub unbacked_elements: u64,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            file_bytes: 4 << 30,
-            vertices: 1 << 27,
-            triangles: 1 << 27,
-            image_pixels: 1 << 28,
-            unbacked_elements: 1 << 22,
-        }
-    }
-}
+pub use options::{Limits, LoadOptions};
 
 /// Reads a .gltf or .glb file with all it refers to.
 ///
