@@ -12,7 +12,7 @@ use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, built
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
 
-/// Say what a scene contains, which features it switches on and what an integrator cannot sample in it.
+/// Options of `halfway info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     #[command(flatten)]

@@ -55,11 +55,19 @@ pub struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to EXR and PNG files.
+    ///
+    /// The first limit of --spp, --time and --error that is met ends the render.
     Render(Box<render::RenderArgs>),
     /// Look at a scene in a window while it renders: move about, switch integrators.
+    ///
+    /// The picture is saved when the window is closed, bit for bit the one that `halfway render` makes of as many samples
+    /// with the same flags.
     #[cfg(feature = "preview")]
     Preview(Box<preview::PreviewArgs>),
     /// Learn where paths of a scene connect, for renders with --integrator spcbpt --model.
+    ///
+    /// Pictures stay unbiased whatever was learnt: it is about noise only. Learn with the camera, --size, --max-depth,
+    /// --roulette-cap and --connections of the render: it learns what they need.
     Train(Box<train::TrainArgs>),
     /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
     Compare(compare::CompareArgs),

@@ -17,8 +17,7 @@ use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
-/// Look at a scene in a window while it renders: move about, switch integrators, see where it is still noisy. The picture
-/// is saved when the window is closed, bit for bit the one that `halfway render` makes of as many samples with the same flags.
+/// Options of `halfway preview`.
 #[derive(Args, Debug)]
 pub struct PreviewArgs {
     #[command(flatten)]

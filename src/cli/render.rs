@@ -28,7 +28,7 @@ use crate::training::When;
 /// Samples where no budget is given.
 const DEFAULT_SAMPLES: u32 = 64;
 
-/// Render a scene. The first limit of --spp, --time and --error that is met ends the render.
+/// Options of `halfway render`.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
     #[command(flatten)]

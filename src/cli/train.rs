@@ -14,8 +14,7 @@ use crate::render::{Prepared, RenderOptions};
 use crate::scene::{Scene, SceneFeatures};
 use crate::training::{Training, When};
 
-/// Learn which light vertices of a scene are worth a connection, seen by one of its cameras, and keep it in a file for
-/// `halfway render --integrator spcbpt --model FILE`. Whatever was learnt, pictures stay unbiased: it is about noise only.
+/// Options of `halfway train`.
 #[derive(Args, Debug)]
 pub struct TrainArgs {
     #[command(flatten)]

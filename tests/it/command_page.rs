@@ -84,8 +84,9 @@ fn sections(page: &mut String, command: &Command, path: &str) {
         commands.for_each(|command| sections(page, command, &path));
         return;
     }
-    let args: Vec<&Arg> =
+    let mut args: Vec<&Arg> =
         command.get_arguments().filter(|arg| is_shown(arg) && !arg.is_global_set()).collect();
+    args.sort_by_key(|arg| !arg.is_positional());
     let about = command.get_long_about().or(command.get_about()).map(ToString::to_string).unwrap_or_default();
     let places: Vec<String> = args
         .iter()
@@ -144,7 +145,7 @@ fn command_page_has_a_meaning_for_every_flag() {
     Cli::command().debug_assert();
     let empty: Vec<String> = page()
         .lines()
-        .filter(|line| line.starts_with("| ") && line.contains("` |  |"))
+        .filter(|line| line.starts_with("| ") && line.contains("` |  | "))
         .map(str::to_owned)
         .collect();
     assert!(empty.is_empty(), "flags without a help text:\n{}", empty.join("\n"));

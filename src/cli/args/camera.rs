@@ -30,7 +30,7 @@ impl CameraNameArgs {
 pub struct CameraArgs {
     #[command(flatten)]
     name: CameraNameArgs,
-    /// Stand at this point instead, in scene units; the camera's projection stays, and so does a model of the scene valid.
+    /// Stand at this point instead, in scene units; the camera's projection stays, and a model of the scene stays valid.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, requires = "look_at", allow_hyphen_values = true)]
     look_from: Option<DVec3>,
     /// The point in the middle of the picture then.

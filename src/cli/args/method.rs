@@ -61,10 +61,11 @@ pub struct MethodArgs {
     light_tracing: bool,
     /// When spcbpt learns (default: meanwhile on a GPU unless --spp is given, else first). Only first makes the same
     /// picture again.
-    #[arg(long, value_enum, conflicts_with = "train_paths", help_heading = LEARNING)]
+    #[arg(long, value_enum, value_name = "WHEN", conflicts_with = "train_paths", help_heading = LEARNING)]
     learn: Option<When>,
     /// How much spcbpt learns, for a first look or for a last one.
-    #[arg(long, value_enum, default_value_t, conflicts_with = "train_paths", help_heading = LEARNING)]
+    #[arg(long, value_enum, value_name = "LEVEL", default_value_t, conflicts_with = "train_paths",
+          help_heading = LEARNING)]
     quality: Quality,
     #[command(flatten)]
     learning: LearnArgs,
@@ -77,12 +78,12 @@ const LEARNING: &str = "Learning (spcbpt)";
 #[derive(Args, Debug)]
 pub struct LearnArgs {
     /// Learn, as published, from so many full paths that path tracing finds. By default it learns from the paths that
-    /// connections by subspaces find, by what earlier ones taught: much sooner where light is hard to find.
+    /// connections by subspaces find, guided by the rounds before: much sooner where light is hard to find.
     #[arg(long, value_name = "N", help_heading = LEARNING)]
     train_paths: Option<u32>,
     #[arg(long, alias = "lessons", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16),
           conflicts_with = "train_paths", help_heading = LEARNING,
-          help = format!("Rounds of learning anew from the paths that were found, at most; whatever they are worth \
+          help = format!("Rounds of learning, each from all paths that were found by then, however little they gain \
                           (default: up to {DEFAULT_ROUNDS}, in a render that is long enough up to {LONG_RENDER_ROUNDS}, as \
                           long as the last one was worth it)"))]
     rounds: Option<u32>,
@@ -91,7 +92,7 @@ pub struct LearnArgs {
     #[arg(long, value_name = "K", help_heading = LEARNING)]
     subspaces: Option<u32>,
     /// How Gamma is improved (default: mm).
-    #[arg(long, value_enum, help_heading = LEARNING)]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = LEARNING)]
     optimiser: Option<Optimiser>,
     #[arg(long, value_name = "SHARE", help_heading = LEARNING,
           help = format!("Share of the connections that goes evenly to all light subspaces, above 0 and at most 1 \

@@ -20,8 +20,8 @@ pub struct PathArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     max_depth: Option<u32>,
     #[arg(long, value_name = "Q", value_parser = parse_probability,
-          help = format!("Least probability that Russian roulette lets a path go on after a surface; above it, it is the \
-                          surface's albedo (default: {DEFAULT_ROULETTE_CAP})"))]
+          help = format!("Least probability with which Russian roulette lets a path go on after a surface; where the \
+                          surface's albedo is larger, it is that (default: {DEFAULT_ROULETTE_CAP})"))]
     roulette_cap: Option<f32>,
 }
 
@@ -106,9 +106,9 @@ impl PictureArgs {
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ViewArgs {
     /// How scene light becomes colours on a screen or in a PNG.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub view: ViewTransform,
-    /// Exposure of these, in stops.
+    /// Exposure of the view, in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
 }
