@@ -18,7 +18,7 @@ use super::progress::{self, Meter};
 use super::trace::TraceArgs;
 use super::train::held_out_gain;
 use super::{Exit, strategies};
-use crate::bench::trade::Point;
+use crate::bench::trade::Checkpoint;
 use crate::device::Context;
 use crate::film::{Picture, Region, exr, png, tev};
 use crate::integrator::Method;
@@ -153,7 +153,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
         }
         let picture = renderer.picture()?;
         if let Some(trace) = trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
-            trace.look(&renderer.report()?, &picture)?;
+            trace.add(&renderer.report()?, &picture)?;
         }
         if let Some(viewer) = &mut viewer {
             viewer.show(&title, &picture)?;
@@ -171,7 +171,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     if let Some(viewer) = &mut viewer {
         viewer.show(&title, &picture)?;
     }
-    let judged = trace.as_mut().map(|trace| trace.look(&report, &picture)).transpose();
+    let judged = trace.as_mut().map(|trace| trace.add(&report, &picture)).transpose();
     record.write(&outputs, picture, &report)?;
     // A full disk is heard of after the picture is safe.
     let judged = judged?;
@@ -180,7 +180,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> anyhow::Result<Exit> {
     }
     if !quiet {
         summary(&report, load_seconds, &options);
-        if let Some(Point { mape, relmse, mean_ratio, .. }) = judged {
+        if let Some(Checkpoint { mape, relmse, mean_ratio, .. }) = judged {
             eprintln!(
                 "against the reference: MAPE {:.2} %, relMSE {relmse:.3e}, mean ratio {mean_ratio:.4}",
                 100.0 * mape

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+use serde::Serialize;
 
 use crate::device::layout::{
     Batch, Camera, LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, Light, PunctualLight, TRIANGLE_FLIPPED, Triangle,
@@ -34,7 +35,7 @@ const LONGEST_PATH: u32 = 64;
 const TRAINING_STREAM: u32 = 0x2545_f491;
 
 /// What to learn from, how, and for how long.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Training {
     /// So many full paths, found by path tracing before anything else, as published; `None`: paths that connections by
     /// subspaces find, by what earlier ones taught.
@@ -53,7 +54,7 @@ pub struct Training {
 }
 
 /// When learning takes place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 pub enum When {
     /// Before the first sample: the same seed makes the same picture.
     First,

@@ -10,7 +10,7 @@ use crate::subspace::{Optimiser, Settings, SubspaceError};
 use crate::training::{LONG_RENDER_ROUNDS, Training, When};
 
 /// What is worth more: to see something soon, or little noise in the end. What is set by itself goes before. Connections
-/// and light paths are the same in all: docs/knobs.md shows no other number of them to be better, early or late.
+/// and light paths are the same in all: docs/sweeps.md shows no other number of them to be better, early or late.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Quality {
     /// Two lessons at most: the first picture comes in half the time.
@@ -71,8 +71,8 @@ pub struct LearnArgs {
     train_paths: Option<u32>,
     /// How often it learns anew from the paths that it has found, at most (default: up to 5 times, in a render that is
     /// long enough up to 7, as long as the last lesson was worth it).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths",
-          help_heading = LEARNING)]
+    #[arg(long = "rounds", alias = "lessons", value_name = "N", conflicts_with = "train_paths",
+          value_parser = clap::value_parser!(u32).range(1..=16), help_heading = LEARNING)]
     lessons: Option<u32>,
     /// Subspaces that sub-paths are sorted into, on the eye's and on the light's side (default: as many as the
     /// training paths can teach).
@@ -104,7 +104,7 @@ impl LearnArgs {
     fn given(&self) -> Option<&'static str> {
         let flags = [
             (self.train_paths.is_some(), "--train-paths"),
-            (self.lessons.is_some(), "--lessons"),
+            (self.lessons.is_some(), "--rounds"),
             (self.subspaces.is_some(), "--subspaces"),
             (self.optimiser.is_some(), "--optimiser"),
             (self.uniform_share.is_some(), "--uniform-share"),

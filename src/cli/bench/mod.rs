@@ -1,21 +1,19 @@
-//! `halfway bench`
+//! `halfway bench`: each benchmark's command in a file or folder of its own; what they share is in [`scene`],
+//! [`candidate`] and [`reference`].
 
 mod candidate;
 mod efficiency;
+mod rays;
 mod reference;
 mod scene;
+mod sweep;
 mod trade;
 
-use std::path::{Path, PathBuf};
-
-use anyhow::Context as _;
 use clap::{Args, Subcommand};
 
-use crate::bench::rays::{RayBench, RaySet};
 use crate::cli::Exit;
-use crate::cli::args::{SceneArgs, choose_camera, parse_size};
-use crate::device::{Context, DeviceChoice};
 use efficiency::EfficiencyArgs;
+use rays::RaysArgs;
 use reference::MakeReferenceArgs;
 use trade::TradeArgs;
 
@@ -28,38 +26,14 @@ pub struct BenchArgs {
 
 #[derive(Subcommand, Debug)]
 enum Bench {
-    /// Rays a second: primary, diffuse bounce, shadow.
+    /// Rays per second: primary, diffuse bounce, shadow.
     Rays(RaysArgs),
     /// Efficiency of integrators, 1 / (relMSE x time), with confidence, as a Markdown table.
     Efficiency(EfficiencyArgs),
     /// What speed costs in accuracy: error against time, of integrators and of their settings, as a page with plots.
     Trade(Box<TradeArgs>),
     /// Make references as exact as asked, and check each by another integrator.
-    ReferenceFile(MakeReferenceArgs),
-}
-
-/// Traces rays of three kinds and prints millions a second.
-#[derive(Args, Debug)]
-struct RaysArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// One primary ray for each pixel of this size.
-    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "512x512")]
-    size: [u32; 2],
-    /// Which camera, by name or number.
-    #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
-    /// Seconds of tracing for each kind.
-    #[arg(long, default_value_t = 2.0)]
-    seconds: f64,
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    device: DeviceChoice,
-    /// Print JSON in place of the table.
-    #[arg(long)]
-    json: bool,
-    /// Write triangles and rays as little-endian f32 (see tools/embree), and trace nothing more.
-    #[arg(long, value_name = "DIR")]
-    dump: Option<PathBuf>,
+    Reference(MakeReferenceArgs),
 }
 
 /// Runs a benchmark.
@@ -68,63 +42,9 @@ struct RaysArgs {
 /// Bad input, no device, files that cannot be written.
 pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Exit> {
     match &args.bench {
-        Bench::Rays(args) => rays(args),
+        Bench::Rays(args) => rays::run(args),
         Bench::Efficiency(args) => efficiency::run(args, quiet),
         Bench::Trade(args) => trade::run(args, quiet),
-        Bench::ReferenceFile(args) => reference::run(args, quiet),
+        Bench::Reference(args) => reference::run(args, quiet),
     }
-}
-
-fn rays(args: &RaysArgs) -> anyhow::Result<Exit> {
-    let mut scene = args.scene.load()?;
-    let camera = choose_camera(&mut scene, args.camera.as_deref())?;
-    let context = Context::new(&args.device)?;
-    let mut bench = RayBench::new(&context, &scene, camera, args.size)?;
-    if let Some(folder) = &args.dump {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        write(folder, "triangles", &bench.triangles())?;
-        for set in &bench.sets {
-            write(folder, set.name, &dump_rays(set))?;
-        }
-        println!("{}", folder.display());
-        return Ok(Exit::Done);
-    }
-    let mut results = serde_json::Map::new();
-    for index in 0..bench.sets.len() {
-        let result = bench.measure(&context, index, args.seconds)?;
-        let set = &bench.sets[index];
-        if !args.json {
-            println!(
-                "{:<8} {:>8.3} Mrays/s   {} rays, {} hits",
-                set.name,
-                result.mrays_per_second,
-                set.rays.len(),
-                result.hits
-            );
-        }
-        results.insert(set.name.into(), serde_json::to_value(result)?);
-    }
-    if args.json {
-        results.insert("device".into(), context.describe().into());
-        println!("{}", serde_json::Value::Object(results));
-    }
-    Ok(Exit::Done)
-}
-
-/// Origin, tmin, direction, tmax.
-fn dump_rays(set: &RaySet) -> Vec<f32> {
-    set.rays
-        .iter()
-        .flat_map(|ray| {
-            let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
-            [ox, oy, oz, 0.0, dx, dy, dz, ray.t_max]
-        })
-        .collect()
-}
-
-fn write(folder: &Path, name: &str, data: &[f32]) -> anyhow::Result<()> {
-    let path = folder.join(name).with_extension("f32");
-    std::fs::write(&path, bytemuck::cast_slice(data))
-        .with_context(|| format!("cannot write {}", path.display()))
 }

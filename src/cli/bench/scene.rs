@@ -14,7 +14,7 @@ use crate::scene::Scene;
 pub struct BenchSceneArgs {
     /// .gltf or .glb files, or `builtin:NAME`.
     #[arg(value_name = "SCENE", required = true)]
-    pub scenes: Vec<PathBuf>,
+    pub paths: Vec<PathBuf>,
     /// Which of each scene's cameras, by name or number.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
