@@ -166,7 +166,7 @@ impl Panel {
         let Some([x, y]) = self.ranges() else { return };
         let (x, y) = (Axis { range: x, pixels: [x0, x1] }, Axis { range: y, pixels: [y0, y1] });
         let mut grid = String::new();
-        for tick in x.ticks(30.0) {
+        for tick in x.ticks(36.0) {
             let _ = write!(grid, "M{} {}V{}", number(x.at(tick)), number(y0), number(y1));
             text(body, "m", [x.at(tick), y0 + 15.0], &digits(tick));
         }
