@@ -168,7 +168,7 @@ fn times_are_scaled_to_a_speed() {
     let points = render(6.0, 2.0, &[8, 16]);
     let scaled: Vec<Checkpoint> = points.iter().map(|point| point.at_speed(0.05)).collect();
     for (point, scaled) in points.iter().zip(&scaled) {
-        // Ten of the work a second.
+        // Ten units of work per second.
         assert_close(scaled.seconds, 0.5 * point.seconds);
         assert_close(scaled.total_seconds(), 0.5 * point.total_seconds());
         let back = Checkpoint {
@@ -251,8 +251,8 @@ fn a_render_goes_on_to_its_goal() {
         }
         time *= 2;
     };
-    // About four times the samples.
-    let error = 0.5 * first.last().expect("a checkpoint").mape;
+    // About ten times the samples: more than the device can be faster by, meanwhile, when other programs leave it.
+    let error = 0.3 * first.last().expect("a checkpoint").mape;
     let on = run(time, Some(Goal { error, longest: Duration::from_secs(600) }));
     let (last, rest) = on.split_last().expect("checkpoints");
     assert!(last.mape <= error && rest.iter().all(|point| point.mape > error), "{error}: {on:?}");
@@ -269,9 +269,9 @@ fn a_render_goes_on_to_its_goal() {
 fn the_typical_render_ends_where_renders_end() {
     let runs = [render(1.0, 1.0, &[8, 16, 32, 40]), render(3.0, 1.0, &[8, 16, 20])];
     let curve = typical(&[&runs[0], &runs[1]]);
-    let told = |of: fn(&Typical) -> f64| curve.iter().map(of).collect::<Vec<_>>();
-    assert_eq!(told(|checkpoint| checkpoint.samples), [8.0, 16.0, 30.0]);
-    assert_eq!(told(|checkpoint| checkpoint.total_seconds), [10.0, 18.0, 32.0]);
+    let column = |of: fn(&Typical) -> f64| curve.iter().map(of).collect::<Vec<_>>();
+    assert_eq!(column(|checkpoint| checkpoint.samples), [8.0, 16.0, 30.0]);
+    assert_eq!(column(|checkpoint| checkpoint.total_seconds), [10.0, 18.0, 32.0]);
     assert_eq!(curve[0].estimated_over_measured, None);
     assert_eq!(curve[1].estimated_over_measured, Some(0.5));
 }
@@ -298,7 +298,7 @@ fn a_reference_grows_by_the_weighted_mean() {
 
 /// Two integrators judge each other by how their passes scatter.
 #[test]
-fn a_check_is_as_sure_as_portions_scatter() {
+fn a_check_is_as_certain_as_passes_scatter() {
     let accumulated = |means: [f64; 2]| AccumulatedReference {
         picture: picture(1.0, 0.25, 16.0),
         samples: 16,
@@ -402,7 +402,7 @@ fn bench_trade_has_every_figure_and_goes_on_where_it_was() {
     assert_eq!(mended[..whole], runs[..whole], "what was there stays");
     let key = |line: &str| {
         let mut record: Value = serde_json::from_str(line).expect("a record");
-        record.as_object_mut().expect("a record").remove("points");
+        record.as_object_mut().expect("a record").remove("checkpoints");
         record.to_string()
     };
     let keys = |text: &str| text.lines().map(key).collect::<Vec<_>>();

@@ -5,7 +5,7 @@
 pub struct Figures {
     pub scene: &'static str,
     seconds: [f64; 2],
-    /// Of one sample a pixel.
+    /// Of one sample per pixel.
     pub iterations: [u32; 2],
 }
 

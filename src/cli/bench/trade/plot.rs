@@ -18,7 +18,7 @@ const LEGEND_LINE: f64 = 20.0;
 const CHARACTER: f64 = 6.6;
 const LEGEND_MARK: f64 = 46.0;
 
-/// The rest of the look: h title of a group, t of a panel, e at the end of a line, m in the middle; g grid, a axes, l level;
+/// Classes: h title of a group, t of a panel, e at the end of a line, m in the middle; g grid, a axes, l level;
 /// p curves, r single renders, d dots, f rings.
 const STYLE: &str = "text{font:12px sans-serif}.h{font-size:16px;font-weight:bold}.t{font-weight:bold}.e{text-anchor:end}\
 .m{text-anchor:middle}path,circle{fill:none}.g{stroke:#e0e0e0}.a{stroke:#000}.l{stroke:#555;stroke-dasharray:6 4}\

@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn times_are_short() {
-        let told = [1.5, 60.0, 120.0, 150.0, 400.0].map(seconds);
-        assert_eq!(told, ["1.5 s", "60 s", "2 min", "2.5 min", "400 s"]);
+        let texts = [1.5, 60.0, 120.0, 150.0, 400.0].map(seconds);
+        assert_eq!(texts, ["1.5 s", "60 s", "2 min", "2.5 min", "400 s"]);
     }
 }
