@@ -44,7 +44,8 @@ pub struct RunKey {
 pub struct Settings(BTreeMap<String, String>);
 
 impl Settings {
-    /// Of a render by a plan. The rest of its options are in [`RunKey`], or are the same for all that benchmarks render.
+    /// Of a render by a plan. The rest of its options are in [`RunKey`], or are the same for all that benchmarks
+    /// render.
     ///
     /// # Errors
     /// Settings that JSON cannot hold; none are known.

@@ -1,5 +1,5 @@
-//! How fast a device is at the moment. Other programs may use it, or its cores: measured times then differ by a factor of
-//! two and more from minute to minute, whatever is measured.
+//! How fast a device is at the moment. Other programs may use it, or its cores: measured times then differ by a factor
+//! of two and more from minute to minute, whatever is measured.
 
 use std::time::Duration;
 

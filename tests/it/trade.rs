@@ -47,7 +47,8 @@ fn crossings_of_a_power_law_are_exact() {
     assert_eq!(curve::crossing(&[], 0.1), Crossing::Never);
 }
 
-/// A render that comes down to an error by chance, and goes up again, has not met it; one that goes up is not continued.
+/// A render that comes down to an error by chance, and goes up again, has not met it; one that goes up is not
+/// continued.
 #[test]
 fn an_error_is_met_when_it_stays_met() {
     let points = [[1.0, 0.4], [2.0, 0.1], [4.0, 0.2], [16.0, 0.05]];

@@ -42,8 +42,8 @@ pub struct Goal {
 }
 
 impl Goal {
-    /// Whether to go on, as far as the checkpoints so far tell. Beyond its end a curve is continued by a factor: a render that
-    /// would not come so far has no need to begin.
+    /// Whether to go on, as far as the checkpoints so far tell. Beyond its end a curve is continued by a factor: a
+    /// render that would not come so far has no need to begin.
     pub fn is_near(&self, points: &[Checkpoint]) -> bool {
         let pairs: Vec<[f64; 2]> = points.iter().map(|point| [point.total_seconds(), point.mape]).collect();
         let far = points.last().is_some_and(|point| point.mape > self.error);
@@ -57,8 +57,8 @@ impl Plan {
         Budget { time: self.time, samples: self.samples, error: None }
     }
 
-    /// The next checkpoint of a render that goes on to its goal: there are more of them, so that it ends soon after, the
-    /// same for all renders.
+    /// The next checkpoint of a render that goes on to its goal: there are more of them, so that it ends soon after,
+    /// the same for all renders.
     fn checkpoint_after(&self, samples: u32) -> Option<u32> {
         let end = self.samples.unwrap_or(u32::MAX);
         let steps = (1..)

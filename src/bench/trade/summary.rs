@@ -273,8 +273,8 @@ fn median_checkpoint(points: &[&Checkpoint]) -> Typical {
     }
 }
 
-/// For the curves of several settings, the checkpoints of each that are on their common front, `[total seconds, MAPE]`: nothing
-/// else had less error after as much time.
+/// For the curves of several settings, the checkpoints of each that are on their common front, `[total seconds, MAPE]`:
+/// nothing else had less error after as much time.
 pub fn front(curves: &[&[Typical]]) -> Vec<Vec<[f64; 2]>> {
     let pairs = |curve: &&[Typical]| {
         curve.iter().map(|checkpoint| [checkpoint.total_seconds, checkpoint.mape]).collect()

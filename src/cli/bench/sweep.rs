@@ -10,8 +10,8 @@ pub struct Sweep {
     pub candidates: Vec<Candidate>,
 }
 
-/// `connections=1,2,4` (of spcbpt), `lvcbpt:light-paths=100,1000`, `spcbpt:rounds=2,connections=1,2` (with two rounds of
-/// training throughout), `bdpt:light-tracing` (without and with it).
+/// `connections=1,2,4` (of spcbpt), `lvcbpt:light-paths=100,1000`, `spcbpt:rounds=2,connections=1,2` (with two rounds
+/// of training throughout), `bdpt:light-tracing` (without and with it).
 ///
 /// # Errors
 /// No values, or as [`Candidate::parse`].

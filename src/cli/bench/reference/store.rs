@@ -72,8 +72,8 @@ pub struct ReferenceStore {
 }
 
 impl ReferenceStore {
-    /// The user's reference for a scene, or one that was made before, or else makes it; one that is not exact enough yet
-    /// gets more passes. `None` where Ctrl-C ended that.
+    /// The user's reference for a scene, or one that was made before, or else makes it; one that is not exact enough
+    /// yet gets more passes. `None` where Ctrl-C ended that.
     ///
     /// # Errors
     /// A folder that cannot be written, or what rendering reports.
@@ -185,8 +185,8 @@ impl ReferenceStore {
         (!is_over && !is_exact).then_some(pass)
     }
 
-    /// Adds passes to what is kept until it is exact enough or had its time; each is written to the file before the next
-    /// begins. `None` where Ctrl-C ended that.
+    /// Adds passes to what is kept until it is exact enough or had its time; each is written to the file before the
+    /// next begins. `None` where Ctrl-C ended that.
     ///
     /// # Errors
     /// As [`reference`](Self::reference).

@@ -1,4 +1,5 @@
-//! Renders that are done, one per line of a file that lines are only added to, so that a benchmark that is cut off goes on.
+//! Renders that are done, one per line of a file that lines are only added to, so that a benchmark that is cut off goes
+//! on.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
@@ -50,8 +51,8 @@ pub struct Records {
 }
 
 impl Records {
-    /// Reads the file, if there is one. A last line without its end, which a program that was stopped leaves, is taken out;
-    /// lines that are not understood stay, and both are reported.
+    /// Reads the file, if there is one. A last line without its end, which a program that was stopped leaves, is taken
+    /// out; lines that are not understood stay, and both are reported.
     ///
     /// # Errors
     /// A file that cannot be read, or not be shortened.
