@@ -15,7 +15,7 @@ use crate::render::{Budget, RenderError, Renderer, Report, TimeLimit};
 pub enum Work {
     /// As many samples as take about so long, the same number in every round.
     Time(Duration),
-    /// So many samples a pixel.
+    /// So many samples per pixel.
     Samples(u32),
 }
 
@@ -88,7 +88,7 @@ pub fn measure(
     work: Work,
     rounds: u32,
     first_seed: u64,
-    truth: &Reference<'_>,
+    reference: &Reference<'_>,
     mut progress: impl FnMut(Option<u32>, usize),
 ) -> Result<Vec<(Vec<Run>, Report)>, RenderError> {
     let count = renderers.len();
@@ -120,13 +120,13 @@ pub fn measure(
             renderer.restart(seed, None)?;
             let budget = Budget { samples: Some(samples[index]), ..Budget::default() };
             let report = render(renderer, budget)?;
-            let picture = renderer.radiance()?.part(&truth.region);
+            let picture = renderer.radiance()?.part(&reference.region);
             runs[index].push(Run {
                 seed,
                 samples: report.samples,
                 seconds: report.seconds,
-                errors: metric::errors(&picture, truth.picture)?,
-                mean_ratio: metric::mean_ratio(&picture, truth.picture).ratio,
+                errors: metric::errors(&picture, reference.picture)?,
+                mean_ratio: metric::mean_ratio(&picture, reference.picture).ratio,
                 rays: report.rays,
                 non_finite: report.non_finite,
             });

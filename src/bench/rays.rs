@@ -1,4 +1,4 @@
-//! Rays of the three kinds that renderers trace, and how many of them a device traces a second.
+//! Rays of the three kinds that renderers trace, and how many of them a device traces per second.
 
 use std::time::Instant;
 
@@ -114,7 +114,7 @@ impl RayBench {
         Ok(bench)
     }
 
-    /// Nine numbers a triangle: its vertices.
+    /// Nine numbers per triangle: its vertices.
     pub fn triangles(&self) -> Vec<f32> {
         self.accel
             .triangles

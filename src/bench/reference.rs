@@ -1,5 +1,5 @@
-//! References: pictures that grow by portions, each with a seed of its own, until they are as exact as asked; and what a
-//! second integrator says of them.
+//! References: pictures summed from passes, each with a seed of its own, until they are as exact as asked; and how a
+//! second integrator compares with them.
 
 use std::time::Duration;
 
@@ -10,9 +10,9 @@ use crate::film::metric::{self, ReferenceNoise, TileTest};
 use crate::film::{Picture, Region};
 use crate::render::{Budget, Progress, RenderError, Renderer, Stop, TimeLimit};
 
-/// Of the first portion: no other render has it.
+/// Of the first pass: no other render has it.
 const FIRST_SEED: u64 = 1 << 63;
-/// Samples a pixel that a portion has at least: two groups, without which its variance is not known.
+/// Samples per pixel that a pass has at least: two groups, without which its variance is not known.
 const LEAST_SAMPLES: u32 = 16;
 
 /// What pictures are compared with, and which of their pixels it has.
@@ -22,17 +22,17 @@ pub struct Reference<'a> {
     pub region: Region,
 }
 
-/// A reference as far as it has grown.
+/// The passes of a reference so far.
 #[derive(Clone, Debug)]
 pub struct AccumulatedReference {
     /// With the layers `variance` and `samples`.
     pub picture: Picture,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u64,
     /// Of rendering, without learning.
     pub seconds: f64,
     pub non_finite: u64,
-    pub portions: Vec<Pass>,
+    pub passes: Vec<Pass>,
 }
 
 /// A part of a reference that is independent of the others.
@@ -44,19 +44,19 @@ pub struct Pass {
 }
 
 impl AccumulatedReference {
-    /// Adds a portion that takes about `time` to what there is; `None` where `interrupted` said so before the portion was
-    /// of any use. The seed is that of the portion's number, from the middle of all seeds on for a `stream` of 0.
+    /// Adds a pass that takes about `time` to what there is; `None` where `interrupted` said so before the pass was
+    /// of any use. The seed is that of the pass's number, from the middle of all seeds on for a `stream` of 0.
     ///
     /// # Errors
     /// A lost device.
-    pub fn with_portion(
+    pub fn with_pass(
         before: Option<Self>,
         renderer: &mut Renderer,
         stream: u64,
         time: Duration,
         mut interrupted: impl FnMut(&Progress) -> bool,
     ) -> Result<Option<Self>, RenderError> {
-        let number = before.as_ref().map_or(0, |grown| grown.portions.len() as u64);
+        let number = before.as_ref().map_or(0, |accumulated| accumulated.passes.len() as u64);
         renderer.restart(FIRST_SEED + (stream << 32) + number, None)?;
         renderer.set_budget(Budget { time: Some(TimeLimit::Rendering(time)), ..Budget::default() });
         renderer.run(&mut interrupted)?;
@@ -67,22 +67,23 @@ impl AccumulatedReference {
         }
         let (report, picture) = (renderer.report()?, renderer.picture()?);
         let samples = u64::from(report.samples);
-        let portion = Pass { samples, mean: mean(&picture) };
+        let pass = Pass { samples, mean: mean(&picture) };
         Ok(Some(match before {
             None => Self {
                 picture,
                 samples,
                 seconds: report.seconds,
                 non_finite: report.non_finite,
-                portions: vec![portion],
+                passes: vec![pass],
             },
-            Some(mut grown) => {
-                grown.picture = average([&grown.picture, &picture], [grown.samples as f64, samples as f64])?;
-                grown.samples += samples;
-                grown.seconds += report.seconds;
-                grown.non_finite += report.non_finite;
-                grown.portions.push(portion);
-                grown
+            Some(mut accumulated) => {
+                accumulated.picture =
+                    average([&accumulated.picture, &picture], [accumulated.samples as f64, samples as f64])?;
+                accumulated.samples += samples;
+                accumulated.seconds += report.seconds;
+                accumulated.non_finite += report.non_finite;
+                accumulated.passes.push(pass);
+                accumulated
             }
         }))
     }
@@ -95,22 +96,21 @@ impl AccumulatedReference {
         Ok(metric::reference_noise(&self.picture)?)
     }
 
-    /// Mean of all pixels, and its standard error by how portions scatter: pixels may share light paths, portions do not.
+    /// Mean of all pixels, and its standard error by how passes scatter: pixels may share light paths, passes do not.
     fn mean(&self) -> (f64, Option<f64>) {
-        let total: f64 = self.portions.iter().map(|portion| portion.samples as f64).sum();
-        let share = |portion: &Pass| portion.samples as f64 / total;
-        let mean: f64 = self.portions.iter().map(|portion| share(portion) * portion.mean).sum();
-        let count = self.portions.len() as f64;
-        let squares: f64 =
-            self.portions.iter().map(|portion| (share(portion) * (portion.mean - mean)).powi(2)).sum();
+        let total: f64 = self.passes.iter().map(|pass| pass.samples as f64).sum();
+        let share = |pass: &Pass| pass.samples as f64 / total;
+        let mean: f64 = self.passes.iter().map(|pass| share(pass) * pass.mean).sum();
+        let count = self.passes.len() as f64;
+        let squares: f64 = self.passes.iter().map(|pass| (share(pass) * (pass.mean - mean)).powi(2)).sum();
         (mean, (count > 1.0).then(|| (squares * count / (count - 1.0)).sqrt()))
     }
 }
 
-/// What a second integrator says of a reference.
+/// How a second integrator's picture compares with a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// The second's mean over the reference's, and its standard error by how the portions of both scatter.
+    /// The second's mean over the reference's, and its standard error by how the passes of both scatter.
     pub mean_ratio: f64,
     pub mean_ratio_error: Option<f64>,
     /// By the variance of pixels, taken as independent: with light paths that pixels share, a few standard errors more

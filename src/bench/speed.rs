@@ -1,5 +1,5 @@
-//! How fast a device is at the moment. Others may share it, or its cores: measured times then differ by a factor of two and
-//! more from minute to minute, whatever is measured.
+//! How fast a device is at the moment. Other programs may use it, or its cores: measured times then differ by a factor
+//! of two and more from minute to minute, whatever is measured.
 
 use std::time::Duration;
 
@@ -8,19 +8,19 @@ use crate::integrator::View;
 use crate::render::{Budget, RenderError, RenderOptions, Renderer};
 use crate::scene::builtin::rooms::cornell;
 
-/// Samples a pixel of the work, which then takes a tenth of a second or two: always as many, so that figures of several
+/// Samples per pixel of the probe, which then takes a tenth of a second or two: a constant, so that figures of several
 /// days can be compared.
 const SAMPLES_CPU: u32 = 8;
 const SAMPLES_GPU: u32 = 1024;
-/// Time between two looks at how fast the device is.
-const LOOKS_APART: Duration = Duration::from_secs(2);
+/// Time between two probes.
+const PROBE_INTERVAL: Duration = Duration::from_secs(2);
 /// Pixels a side.
 const SIZE: u32 = 128;
 
-/// The same work again and again: a Cornell box, by path tracing.
+/// The same work again and again: a Cornell box, by path tracing. The unit of work is one sample of each of its pixels.
 pub struct SpeedProbe {
     renderer: Renderer,
-    /// A pixel.
+    /// Per pixel.
     samples: u32,
 }
 
@@ -38,11 +38,11 @@ impl SpeedProbe {
         Ok(Self { renderer: Renderer::new(context, &cornell(), options)?, samples })
     }
 
-    /// Seconds for a sample of every pixel: the less, the faster the device is now.
+    /// Seconds that the device takes for a unit of work now.
     ///
     /// # Errors
     /// A lost device.
-    pub fn pace(&mut self) -> Result<f64, RenderError> {
+    pub fn seconds_per_unit(&mut self) -> Result<f64, RenderError> {
         self.renderer.restart(0, None)?;
         self.renderer.set_budget(Budget { samples: Some(self.samples), ..Budget::default() });
         self.renderer.run(|_| false)?;
@@ -54,33 +54,34 @@ impl SpeedProbe {
     /// # Errors
     /// A lost device.
     pub fn clock(&mut self) -> Result<NormalisedClock<'_>, RenderError> {
-        let pace = self.pace()?;
-        Ok(NormalisedClock { gauge: self, pace, seconds: 0.0, work: 0.0 })
+        let seconds_per_unit = self.seconds_per_unit()?;
+        Ok(NormalisedClock { probe: self, seconds_per_unit, seconds: 0.0, work: 0.0 })
     }
 }
 
-/// Tells time by the work that the device could have done in it, as many times that of the gauge.
+/// Tells time by the units of work that the device could have done in it.
 pub struct NormalisedClock<'a> {
-    gauge: &'a mut SpeedProbe,
-    /// When it was looked at last: the pace, and what clocks said.
-    pace: f64,
+    probe: &'a mut SpeedProbe,
+    /// As of the last probe: the speed, the time by the clock on the wall, and the work until then.
+    seconds_per_unit: f64,
     seconds: f64,
     work: f64,
 }
 
 impl NormalisedClock<'_> {
-    /// Whether it is time to look, after so many seconds by the clock on the wall.
+    /// Whether it is time for a probe, after so many seconds by the clock on the wall.
     pub fn is_due(&self, seconds: f64) -> bool {
-        seconds - self.seconds >= LOOKS_APART.as_secs_f64()
+        seconds - self.seconds >= PROBE_INTERVAL.as_secs_f64()
     }
 
-    /// The work until now, that is after so many seconds. This takes a moment, which is not counted.
+    /// Units of work until now, that is after so many seconds: time since the last probe over the mean of the two
+    /// speeds. The probe itself takes a moment, which is not counted.
     ///
     /// # Errors
     /// A lost device.
     pub fn work(&mut self, seconds: f64) -> Result<f64, RenderError> {
-        let before = std::mem::replace(&mut self.pace, self.gauge.pace()?);
-        self.work += 2.0 * (seconds - self.seconds) / (before + self.pace);
+        let before = std::mem::replace(&mut self.seconds_per_unit, self.probe.seconds_per_unit()?);
+        self.work += 2.0 * (seconds - self.seconds) / (before + self.seconds_per_unit);
         self.seconds = seconds;
         Ok(self.work)
     }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::CliError;
 use super::trace::Trace;
-use crate::bench::trade::Point;
+use crate::bench::trade::Checkpoint;
 use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, exr, png, tev};
 use crate::render::{Origin, Renderer, Report};
@@ -51,7 +51,7 @@ impl Output {
     pub fn update(&mut self, renderer: &mut Renderer) -> Result<(), CliError> {
         let picture = renderer.picture()?;
         if let Some(trace) = self.trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
-            trace.look(&renderer.report()?, &picture)?;
+            trace.add(&renderer.report()?, &picture)?;
         }
         if let Some(viewer) = &mut self.viewer {
             viewer.show(&self.title, &picture)?;
@@ -68,11 +68,11 @@ impl Output {
     ///
     /// # Errors
     /// As [`Output::update`].
-    pub fn finish(&mut self, picture: Picture, report: &Report) -> Result<Option<Point>, CliError> {
+    pub fn finish(&mut self, picture: Picture, report: &Report) -> Result<Option<Checkpoint>, CliError> {
         if let Some(viewer) = &mut self.viewer {
             viewer.show(&self.title, &picture)?;
         }
-        let judged = self.trace.as_mut().map(|trace| trace.look(report, &picture)).transpose();
+        let judged = self.trace.as_mut().map(|trace| trace.add(report, &picture)).transpose();
         self.write(picture, report)?;
         // A disk too full for the errors is reported after the picture is safe.
         judged

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::CliError;
 use super::progress::say_choices;
-use crate::bench::trade::Point;
+use crate::bench::trade::Checkpoint;
 use crate::device::Context;
 use crate::render::{RenderOptions, Report, Stop};
 use crate::subspace::TrainingReport;
@@ -53,8 +53,8 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
 }
 
 /// Tells how far a picture is from its reference.
-pub fn judged(point: &Point) {
-    let Point { mape, relmse, mean_ratio, .. } = point;
+pub fn judged(point: &Checkpoint) {
+    let Checkpoint { mape, relmse, mean_ratio, .. } = point;
     eprintln!(
         "against the reference: MAPE {:.2} %, relMSE {relmse:.3e}, mean ratio {mean_ratio:.4}",
         100.0 * mape

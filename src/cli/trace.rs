@@ -7,28 +7,28 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::{check_folder, read_reference};
-use crate::bench::trade::{Point, look};
+use crate::bench::trade::Checkpoint;
 use crate::cli::CliError;
 use crate::film::Picture;
 use crate::render::Report;
 
-/// Options of a render whose picture is known better already.
+/// Options of a render that is compared with a better picture.
 #[derive(Args, Debug)]
 pub struct TraceArgs {
-    /// A better picture of the same view and size: the error against it is told at the end.
+    /// A better picture of the same view and size: the error against it is reported at the end.
     #[arg(long, value_name = "REF.exr")]
     reference: Option<PathBuf>,
-    /// Write the error against --reference by samples and seconds, whenever samples have doubled and at the end. Looking
-    /// takes none of the time that is written.
+    /// Write the error against --reference by samples and seconds, whenever samples have doubled and at the end.
+    /// Comparing takes none of the time that is written.
     #[arg(long, value_name = "FILE.csv", requires = "reference")]
     trace_error: Option<PathBuf>,
 }
 
-/// A reference, and what became of the error against it.
+/// A reference, and the file of errors against it.
 pub struct Trace {
     reference: Picture,
     file: Option<(File, PathBuf)>,
-    last: Option<Point>,
+    last: Option<Checkpoint>,
 }
 
 impl TraceArgs {
@@ -44,14 +44,14 @@ impl TraceArgs {
             check_folder(path)?;
             let file = File::create(path).map_err(CliError::write("the errors", path))?;
             trace.file = Some((file, path.clone()));
-            trace.write(Point::COLUMNS)?;
+            trace.write(Checkpoint::COLUMNS)?;
         }
         Ok(Some(trace))
     }
 }
 
 impl Trace {
-    /// Whether it is time for a look.
+    /// Whether it is time for a checkpoint.
     pub fn is_due(&self, samples: u32) -> bool {
         self.file.is_some() && samples >= self.last.map_or(1, |last| last.samples.saturating_mul(2))
     }
@@ -60,9 +60,9 @@ impl Trace {
     ///
     /// # Errors
     /// A full disk.
-    pub fn look(&mut self, report: &Report, picture: &Picture) -> Result<Point, CliError> {
+    pub fn add(&mut self, report: &Report, picture: &Picture) -> Result<Checkpoint, CliError> {
         // Times are the clock's; the device's pace is for benchmarks.
-        let point = look(report, picture, &self.reference, [0.0; 2])?;
+        let point = Checkpoint::new(report, picture, &self.reference, [0.0; 2])?;
         if self.last.is_none_or(|last| last.samples < point.samples) {
             self.write(&point.row())?;
         }

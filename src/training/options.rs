@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde::Serialize;
+
 use crate::subspace;
 
 /// A camera path that is learnt from, in those that are shown: it has more light paths, its vertices are written down,
@@ -13,7 +15,7 @@ pub const DEFAULT_ROUNDS: u32 = 5;
 pub const LONG_RENDER_ROUNDS: u32 = 7;
 
 /// What to learn from, how, and for how long.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Training {
     /// So many full paths, found by path tracing before anything else, as published; `None`: paths that connections by
     /// subspaces find, guided by the rounds before.
@@ -32,7 +34,7 @@ pub struct Training {
 }
 
 /// When learning takes place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 pub enum When {
     /// Before the first sample: the same seed makes the same picture.
     First,

@@ -1,4 +1,4 @@
-//! What speed costs in accuracy: renders that are looked at while they converge.
+//! What speed costs in accuracy: renders that are compared with a reference while they converge.
 
 mod summary;
 
@@ -17,23 +17,23 @@ pub use summary::{
     ErrorCalibration, Estimate, Summary, Target, Typical, front, summary, time_to, typical, value_at,
 };
 
-/// Samples of the first look, a whole group; then after twice as many, and so on.
-const FIRST_LOOK: u32 = 8;
+/// Samples of the first checkpoint, a whole group; then after twice as many, and so on.
+const FIRST_CHECKPOINT: u32 = 8;
 
-/// How long a render goes on, and where it is looked at.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How long a render goes on, and where its checkpoints are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Plan {
     /// Of rendering, pre-processing included.
     pub time: Option<Duration>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: Option<u32>,
-    /// A look at so many samples as well.
+    /// A checkpoint at so many samples as well.
     pub equal_samples: u32,
     pub goal: Option<Goal>,
 }
 
-/// For whom time is not long enough.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a render goes on to that its time is not long enough for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Goal {
     /// MAPE to be met.
     pub error: f64,
@@ -42,9 +42,9 @@ pub struct Goal {
 }
 
 impl Goal {
-    /// Whether to go on, as far as the looks so far tell. Beyond its end a curve is continued by a factor: a render that
-    /// would not come so far has no need to begin.
-    pub fn is_near(&self, points: &[Point]) -> bool {
+    /// Whether to go on, as far as the checkpoints so far tell. Beyond its end a curve is continued by a factor: a
+    /// render that would not come so far has no need to begin.
+    pub fn is_near(&self, points: &[Checkpoint]) -> bool {
         let pairs: Vec<[f64; 2]> = points.iter().map(|point| [point.total_seconds(), point.mape]).collect();
         let far = points.last().is_some_and(|point| point.mape > self.error);
         let within = |seconds: f64| seconds <= curve::REACH * self.longest.as_secs_f64();
@@ -57,46 +57,48 @@ impl Plan {
         Budget { time: self.time.map(TimeLimit::Total), samples: self.samples, error: None }
     }
 
-    /// The next look at a render that goes on to its goal: there are more of them, so that it ends soon after, the same for
-    /// all renders.
-    fn look_after(&self, samples: u32) -> Option<u32> {
+    /// The next checkpoint of a render that goes on to its goal: there are more of them, so that it ends soon after,
+    /// the same for all renders.
+    fn checkpoint_after(&self, samples: u32) -> Option<u32> {
         let end = self.samples.unwrap_or(u32::MAX);
-        let steps =
-            (1..).map(|quarters| (f64::from(FIRST_LOOK) * 2f64.powf(0.25 * f64::from(quarters))) as u32);
-        let next = steps.map(|step| step.next_multiple_of(FIRST_LOOK)).find(|&look| look > samples)?;
+        let steps = (1..)
+            .map(|quarters| (f64::from(FIRST_CHECKPOINT) * 2f64.powf(0.25 * f64::from(quarters))) as u32);
+        let next = steps
+            .map(|step| step.next_multiple_of(FIRST_CHECKPOINT))
+            .find(|&checkpoint| checkpoint > samples)?;
         let next = if samples < self.equal_samples { next.min(self.equal_samples) } else { next };
         (samples < end).then_some(next.min(end))
     }
 
-    /// Samples at which a render is looked at, in order, without end where nothing but time ends it.
-    pub fn looks(&self) -> impl Iterator<Item = u32> {
+    /// Samples per pixel at the checkpoints, in order, without end where nothing but time ends it.
+    pub fn checkpoints(&self) -> impl Iterator<Item = u32> {
         let end = self.samples.unwrap_or(u32::MAX);
         let mut last = 0;
-        let (mut next, equal) = (FIRST_LOOK, self.equal_samples);
+        let (mut next, equal) = (FIRST_CHECKPOINT, self.equal_samples);
         std::iter::from_fn(move || {
             if last >= end {
                 return None;
             }
-            let look = if last < equal && equal < next { equal } else { next };
-            if look == next {
+            let checkpoint = if last < equal && equal < next { equal } else { next };
+            if checkpoint == next {
                 next = next.saturating_mul(2);
             }
-            last = look.min(end);
+            last = checkpoint.min(end);
             Some(last)
         })
     }
 }
 
-/// A look at a render while it goes on.
+/// A render's error while it goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    /// A pixel.
+pub struct Checkpoint {
+    /// Per pixel.
     pub samples: u32,
     /// Of rendering alone.
     pub seconds: f64,
     /// Of learning before.
     pub preprocessing_seconds: f64,
-    /// The same two in what the device could have done in them: see [`NormalisedClock`].
+    /// The same two in units of work that the device could have done in them, see [`NormalisedClock`].
     pub work: f64,
     pub preprocessing_work: f64,
     /// As in [`Errors`], the noise of the reference included.
@@ -105,12 +107,38 @@ pub struct Point {
     pub relmse_trimmed: f64,
     /// The picture's mean over the reference's.
     pub mean_ratio: f64,
-    /// What the renderer believed its MAPE to be; `None` before two groups of samples.
+    /// The renderer's own estimate of its MAPE; `None` before two groups of samples.
     pub estimated_error: Option<f64>,
     pub non_finite: u64,
 }
 
-impl Point {
+impl Checkpoint {
+    /// Compares a render's picture with a reference; `work` is that of rendering and of learning before.
+    ///
+    /// # Errors
+    /// A reference that nothing can be compared with.
+    pub fn new(
+        report: &Report,
+        picture: &Picture,
+        reference: &Picture,
+        [work, preprocessing_work]: [f64; 2],
+    ) -> Result<Self, FilmError> {
+        let Errors { mape, relmse, relmse_trimmed } = metric::errors(picture, reference)?;
+        Ok(Self {
+            samples: report.samples,
+            seconds: report.seconds,
+            preprocessing_seconds: report.preprocessing_seconds,
+            work,
+            preprocessing_work,
+            mape,
+            relmse,
+            relmse_trimmed,
+            mean_ratio: metric::mean_ratio(picture, reference).ratio,
+            estimated_error: report.estimated_error,
+            non_finite: report.non_finite,
+        })
+    }
+
     /// The names of [`row`](Self::row).
     pub const COLUMNS: &str = "samples,seconds,preprocessing_seconds,total_seconds,mape,relmse,relmse_trimmed,mean_ratio,\
                                estimated_mape,non_finite";
@@ -136,9 +164,13 @@ impl Point {
         self.work + self.preprocessing_work
     }
 
-    /// With times as they are where the work of the gauge takes `pace` seconds.
-    pub fn at_pace(&self, pace: f64) -> Self {
-        Self { seconds: pace * self.work, preprocessing_seconds: pace * self.preprocessing_work, ..*self }
+    /// With the times of a device that takes `seconds_per_unit` for a unit of work.
+    pub fn at_speed(&self, seconds_per_unit: f64) -> Self {
+        Self {
+            seconds: seconds_per_unit * self.work,
+            preprocessing_seconds: seconds_per_unit * self.preprocessing_work,
+            ..*self
+        }
     }
 
     pub fn errors(&self) -> Errors {
@@ -146,54 +178,28 @@ impl Point {
     }
 }
 
-/// Compares a render's picture with a reference; `work` is that of rendering and of learning before.
-///
-/// # Errors
-/// A reference that nothing can be compared with.
-pub fn look(
-    report: &Report,
-    picture: &Picture,
-    reference: &Picture,
-    [work, preprocessing_work]: [f64; 2],
-) -> Result<Point, FilmError> {
-    let Errors { mape, relmse, relmse_trimmed } = metric::errors(picture, reference)?;
-    Ok(Point {
-        samples: report.samples,
-        seconds: report.seconds,
-        preprocessing_seconds: report.preprocessing_seconds,
-        work,
-        preprocessing_work,
-        mape,
-        relmse,
-        relmse_trimmed,
-        mean_ratio: metric::mean_ratio(picture, reference).ratio,
-        estimated_error: report.estimated_error,
-        non_finite: report.non_finite,
-    })
-}
-
-/// Renders by a plan; looking does not count as time. `clock` has seen what came before. `None` where `interrupted` said so,
-/// which is asked after every round.
+/// Renders by a plan; comparing does not count as time. `clock` began before anything was learnt. `None` where
+/// `interrupted` said so, which is asked after every round.
 ///
 /// # Errors
 /// A lost device, a reference that nothing can be compared with.
 pub fn measure(
     renderer: &mut Renderer,
     plan: &Plan,
-    truth: &Reference<'_>,
+    reference: &Reference<'_>,
     clock: &mut NormalisedClock,
     mut interrupted: impl FnMut(&Progress) -> bool,
-) -> Result<Option<Vec<Point>>, RenderError> {
-    let before = renderer.learning_time().total.as_secs_f64();
+) -> Result<Option<Vec<Checkpoint>>, RenderError> {
+    let before = renderer.report()?.preprocessing_seconds;
     let preprocessing_work = clock.work(before)?;
-    let mut points: Vec<Point> = Vec::new();
-    let mut looks = plan.looks();
+    let mut points: Vec<Checkpoint> = Vec::new();
+    let mut samples_ahead = plan.checkpoints();
     // Of a render that goes on to its goal.
     let mut goal: Option<Goal> = None;
     loop {
         let next = match (goal, points.last()) {
-            (Some(_), Some(last)) => plan.look_after(last.samples),
-            _ => looks.next(),
+            (Some(_), Some(last)) => plan.checkpoint_after(last.samples),
+            _ => samples_ahead.next(),
         };
         let Some(samples) = next else { break };
         let time = goal.map(|goal| goal.longest).or(plan.time);
@@ -211,7 +217,7 @@ pub fn measure(
             let seconds = before + renderer.elapsed().as_secs_f64();
             let work = clock.work(seconds)? - preprocessing_work;
             let stop = match time {
-                // What is interrupted has not looked at the time.
+                // An interrupted run has not compared the time with its limit.
                 Some(time) if stop == Stop::Interrupted && seconds >= time.as_secs_f64() => Stop::Time,
                 _ => stop,
             };
@@ -219,8 +225,8 @@ pub fn measure(
                 break (stop, work);
             }
         };
-        let (report, picture) = (renderer.report()?, renderer.radiance()?.part(&truth.region));
-        points.push(look(&report, &picture, truth.picture, [work, preprocessing_work])?);
+        let (report, picture) = (renderer.report()?, renderer.radiance()?.part(&reference.region));
+        points.push(Checkpoint::new(&report, &picture, reference.picture, [work, preprocessing_work])?);
         match goal {
             Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
                 break;

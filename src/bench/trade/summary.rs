@@ -1,8 +1,8 @@
-//! What the renders of an integrator say together.
+//! What the renders of an integrator have in common: medians with intervals, by seeds.
 
 use serde::Serialize;
 
-use super::Point;
+use super::Checkpoint;
 use crate::bench::efficiency::{self, Ratio, Run};
 use crate::film::metric::ReferenceNoise;
 use crate::integrator::RayCounts;
@@ -32,9 +32,9 @@ pub struct Target {
     pub seconds: Estimate,
     /// Without pre-processing.
     pub rendering_seconds: Estimate,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: Estimate,
-    /// Renders that had met it at their first look already: it is met sooner than said.
+    /// Renders that had met it at their first checkpoint already: it is met sooner than said.
     pub at_once: usize,
     /// Renders that come so far, at least by extrapolation.
     pub met: usize,
@@ -43,19 +43,19 @@ pub struct Target {
     pub rendering_speedup: Option<Ratio>,
 }
 
-/// How the renderer's own estimate of its error compares with the error.
+/// The renderer's own estimate of its error beside the error that was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorCalibration {
-    /// Estimated over measured error: below 1 the picture is worse than the renderer says.
+    /// Estimated over measured error: below 1 the picture is worse than its estimate.
     pub median: f64,
     /// Furthest from 1, as a factor, and the samples at which that was.
     pub worst: f64,
     pub worst_samples: u32,
-    /// Looks that it is known at.
-    pub looks: usize,
+    /// How many it is known at.
+    pub checkpoints: usize,
 }
 
-/// A look at the median of all renders.
+/// The median of all renders at a checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Typical {
     pub samples: f64,
@@ -69,34 +69,34 @@ pub struct Typical {
     pub estimated_over_measured: Option<f64>,
 }
 
-/// All that a table wants to know.
+/// The figures of an integrator in all tables.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     pub learning_seconds: f64,
     pub target: Target,
     /// MAPE after each of the times that were asked for, pre-processing included.
     pub expected: Vec<Option<Estimate>>,
-    /// At so many samples for everyone: MAPE, relMSE and seconds with pre-processing.
+    /// At the same number of samples for all: MAPE, relMSE and seconds with pre-processing.
     pub equal_mape: Option<Estimate>,
     pub equal_relmse: Option<Estimate>,
     pub equal_seconds: Option<Estimate>,
     /// At the ends of the renders: 1 / (relMSE x time), by the time of rendering alone and by all time.
     pub efficiency: efficiency::Summary,
     pub efficiency_with_learning: efficiency::Summary,
-    pub honesty: Option<ErrorCalibration>,
+    pub calibration: Option<ErrorCalibration>,
     pub curve: Vec<Typical>,
 }
 
 /// Summarises renders, each with the render of the first integrator in the same round. There is at least one.
 pub fn summary(
-    runs: &[&[Point]],
-    first: &[&[Point]],
+    runs: &[&[Checkpoint]],
+    first: &[&[Checkpoint]],
     noise: Option<ReferenceNoise>,
     target: f64,
     times: &[f64],
     equal_samples: u32,
 ) -> Summary {
-    let equal = |of: fn(&Point) -> f64| {
+    let equal = |of: fn(&Checkpoint) -> f64| {
         all(runs, |points| value_at(points, |p| f64::from(p.samples), of, f64::from(equal_samples)))
     };
     // Rendering alone is a straight line, with learning before it is none.
@@ -111,11 +111,12 @@ pub fn summary(
             value_at(points, |p| p.seconds, |p| p.mape, rendering)
         })
     };
-    let ends = |runs: &[&[Point]], seconds: fn(&Point) -> f64| -> Vec<Run> {
+    let ends = |runs: &[&[Checkpoint]], seconds: fn(&Checkpoint) -> f64| -> Vec<Run> {
         runs.iter().filter_map(|points| points.last()).map(|point| end(point, seconds(point))).collect()
     };
-    let efficiency =
-        |seconds: fn(&Point) -> f64| efficiency::summary(&ends(runs, seconds), &ends(first, seconds), noise);
+    let efficiency = |seconds: fn(&Checkpoint) -> f64| {
+        efficiency::summary(&ends(runs, seconds), &ends(first, seconds), noise)
+    };
     let learning: Vec<f64> =
         runs.iter().filter_map(|points| points.last()).map(|point| point.preprocessing_seconds).collect();
     Summary {
@@ -126,13 +127,13 @@ pub fn summary(
         equal_relmse: equal(|p| p.relmse),
         equal_seconds,
         efficiency: efficiency(|p| p.seconds),
-        efficiency_with_learning: efficiency(Point::total_seconds),
-        honesty: honesty(runs),
+        efficiency_with_learning: efficiency(Checkpoint::total_seconds),
+        calibration: calibration(runs),
         curve: typical(runs),
     }
 }
 
-fn end(point: &Point, seconds: f64) -> Run {
+fn end(point: &Checkpoint, seconds: f64) -> Run {
     Run {
         seed: 0,
         samples: point.samples,
@@ -144,8 +145,8 @@ fn end(point: &Point, seconds: f64) -> Run {
     }
 }
 
-/// The median of what all renders say; `None` where one does not say it.
-fn all(runs: &[&[Point]], of: impl Fn(&[Point]) -> Option<curve::Value>) -> Option<Estimate> {
+/// The median over all renders; `None` where it is not known of one.
+fn all(runs: &[&[Checkpoint]], of: impl Fn(&[Checkpoint]) -> Option<curve::Value>) -> Option<Estimate> {
     let values: Vec<curve::Value> = runs.iter().map(|points| of(points)).collect::<Option<_>>()?;
     let extrapolated = values.iter().any(|value| value.extrapolated);
     Some(Estimate::of(&values.iter().map(|value| value.value).collect::<Vec<_>>(), extrapolated))
@@ -153,9 +154,9 @@ fn all(runs: &[&[Point]], of: impl Fn(&[Point]) -> Option<curve::Value>) -> Opti
 
 /// A curve of a render, read at `at`.
 pub fn value_at(
-    points: &[Point],
-    x: fn(&Point) -> f64,
-    y: fn(&Point) -> f64,
+    points: &[Checkpoint],
+    x: fn(&Checkpoint) -> f64,
+    y: fn(&Checkpoint) -> f64,
     at: f64,
 ) -> Option<curve::Value> {
     let pairs: Vec<[f64; 2]> = points.iter().map(|point| [x(point), y(point)]).collect();
@@ -163,12 +164,12 @@ pub fn value_at(
 }
 
 /// From which rendering time on a render's MAPE stays at or below `error`.
-pub fn time_to(points: &[Point], error: f64) -> Crossing {
+pub fn time_to(points: &[Checkpoint], error: f64) -> Crossing {
     let pairs: Vec<[f64; 2]> = points.iter().map(|point| [point.seconds, point.mape]).collect();
     curve::crossing(&pairs, error)
 }
 
-fn target_of(runs: &[&[Point]], first: &[&[Point]], error: f64) -> Target {
+fn target_of(runs: &[&[Checkpoint]], first: &[&[Checkpoint]], error: f64) -> Target {
     let reached = reached(runs, error);
     let of_first = self::reached(first, error);
     let estimate = |of: &dyn Fn(&Reached) -> f64| {
@@ -201,8 +202,8 @@ struct Reached {
     at_once: bool,
 }
 
-fn reached(runs: &[&[Point]], error: f64) -> Vec<Reached> {
-    let one = |points: &&[Point]| {
+fn reached(runs: &[&[Checkpoint]], error: f64) -> Vec<Reached> {
+    let one = |points: &&[Checkpoint]| {
         let (seconds, extrapolated, at_once) = match time_to(points, error) {
             Crossing::Measured(seconds) => (seconds, false, false),
             Crossing::Extrapolated(seconds) => (seconds, true, false),
@@ -223,7 +224,7 @@ fn reached(runs: &[&[Point]], error: f64) -> Vec<Reached> {
     runs.iter().map(one).collect()
 }
 
-fn honesty(runs: &[&[Point]]) -> Option<ErrorCalibration> {
+fn calibration(runs: &[&[Checkpoint]]) -> Option<ErrorCalibration> {
     let known: Vec<(f64, u32)> = runs
         .iter()
         .flat_map(|points| points.iter())
@@ -232,38 +233,39 @@ fn honesty(runs: &[&[Point]]) -> Option<ErrorCalibration> {
     let off = |ratio: f64| ratio.ln().abs();
     let &(worst, worst_samples) = known.iter().max_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
     let ratios: Vec<f64> = known.iter().map(|&(ratio, _)| ratio).collect();
-    Some(ErrorCalibration { median: median(&ratios), worst, worst_samples, looks: known.len() })
+    Some(ErrorCalibration { median: median(&ratios), worst, worst_samples, checkpoints: known.len() })
 }
 
-/// Medians at each look; where renders ended by the clock, their ends are the last.
-pub fn typical(runs: &[&[Point]]) -> Vec<Typical> {
+/// Medians at each checkpoint; where renders ended by the clock, their ends are the last.
+pub fn typical(runs: &[&[Checkpoint]]) -> Vec<Typical> {
     let Some(shortest) = runs.iter().map(|points| points.len()).min() else { return Vec::new() };
-    let is_common = |look: usize| runs.iter().all(|points| points[look].samples == runs[0][look].samples);
-    let mut looks: Vec<Vec<&Point>> = (0..shortest)
-        .filter(|&look| is_common(look))
-        .map(|look| runs.iter().map(|points| &points[look]).collect())
+    let is_common = |place: usize| runs.iter().all(|points| points[place].samples == runs[0][place].samples);
+    let mut checkpoints: Vec<Vec<&Checkpoint>> = (0..shortest)
+        .filter(|&place| is_common(place))
+        .map(|place| runs.iter().map(|points| &points[place]).collect())
         .collect();
-    let ends: Vec<&Point> = runs.iter().filter_map(|points| points.last()).collect();
-    let last = looks.last().map_or(0, |points| points[0].samples);
+    let ends: Vec<&Checkpoint> = runs.iter().filter_map(|points| points.last()).collect();
+    let last = checkpoints.last().map_or(0, |points| points[0].samples);
     let times = || ends.iter().map(|point| point.total_seconds());
     // Not where one has gone on to its goal and another has not: their middle is on the curve of neither.
     let alike = times().fold(0.0, f64::max) <= 2.0 * times().fold(f64::INFINITY, f64::min);
     if alike && !ends.is_empty() && ends.iter().all(|point| point.samples > last) {
-        looks.push(ends);
+        checkpoints.push(ends);
     }
-    looks.iter().map(|points| median_look(points)).collect()
+    checkpoints.iter().map(|points| median_checkpoint(points)).collect()
 }
 
-fn median_look(points: &[&Point]) -> Typical {
-    let of =
-        |value: &dyn Fn(&Point) -> f64| median(&points.iter().map(|point| value(point)).collect::<Vec<_>>());
+fn median_checkpoint(points: &[&Checkpoint]) -> Typical {
+    let of = |value: &dyn Fn(&Checkpoint) -> f64| {
+        median(&points.iter().map(|point| value(point)).collect::<Vec<_>>())
+    };
     let ratios: Option<Vec<f64>> =
         points.iter().map(|point| Some(point.estimated_error? / point.mape)).collect();
     Typical {
         samples: of(&|point| f64::from(point.samples)),
         seconds: of(&|point| point.seconds),
         preprocessing_seconds: of(&|point| point.preprocessing_seconds),
-        total_seconds: of(&Point::total_seconds),
+        total_seconds: of(&Checkpoint::total_seconds),
         mape: of(&|point| point.mape),
         relmse: of(&|point| point.relmse),
         relmse_trimmed: of(&|point| point.relmse_trimmed),
@@ -271,10 +273,12 @@ fn median_look(points: &[&Point]) -> Typical {
     }
 }
 
-/// For the curves of several settings, the looks of each that are on their common front, `[total seconds, MAPE]`: nothing
-/// else had less error after as much time.
+/// For the curves of several settings, the checkpoints of each that are on their common front, `[total seconds, MAPE]`:
+/// nothing else had less error after as much time.
 pub fn front(curves: &[&[Typical]]) -> Vec<Vec<[f64; 2]>> {
-    let pairs = |curve: &&[Typical]| curve.iter().map(|look| [look.total_seconds, look.mape]).collect();
+    let pairs = |curve: &&[Typical]| {
+        curve.iter().map(|checkpoint| [checkpoint.total_seconds, checkpoint.mape]).collect()
+    };
     let curves: Vec<Vec<[f64; 2]>> = curves.iter().map(pairs).collect();
     let places = curve::front(&curves);
     curves

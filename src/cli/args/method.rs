@@ -17,7 +17,7 @@ use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
 const DRAFT_ROUNDS: u32 = 2;
 
 /// What is worth more: to see something soon, or little noise in the end. What is set by itself goes before. Connections
-/// and light paths are the same in all: docs/knobs.md shows no other number of them to be better, early or late.
+/// and light paths are the same in all: docs/sweeps.md shows no other number of them to be better, early or late.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Quality {
     #[value(help = format!("At most {DRAFT_ROUNDS} rounds of learning: the first picture comes in half the time"))]

@@ -1,4 +1,4 @@
-//! Integrators with settings, as benchmarks are told of them.
+//! Integrators with settings, as benchmarks take them from the command line.
 
 use clap::Parser;
 
@@ -48,29 +48,24 @@ impl Candidate {
         let (method, training) = (parsed.method.method()?, parsed.method.training()?);
         if training.when == Some(When::Meanwhile) {
             return Err(InputError::Usage(format!(
-                "the integrator '{label}': benchmarks stop a render's clock to look at it, and learning would go on for \
-                 nothing; leave out learn=meanwhile, and measure it by 'halfway render --learn meanwhile --reference \
+                "the integrator '{label}': benchmarks stop a render's clock to compare its picture, and learning would go \
+                 on uncounted; leave out learn=meanwhile, and measure it by 'halfway render --learn meanwhile --reference \
                  REF.exr --trace-error FILE.csv'"
             )));
         }
-        // Who is measured does the same every time.
+        // The same seed makes the same picture in every run.
         let training = Training { when: training.when.or(Some(When::First)), ..training };
         Ok(Self { label: label.to_owned(), method, training, paths: parsed.paths })
     }
 
-    pub fn options(&self, subject: &BenchScene, seed: u64) -> RenderOptions {
+    pub fn options(&self, bench_scene: &BenchScene, seed: u64) -> RenderOptions {
         let options = RenderOptions {
-            view: View { seed, ..subject.options.clone().view },
+            view: View { seed, ..bench_scene.options.view },
             method: self.method,
             training: self.training.clone(),
-            ..subject.options.clone()
+            ..bench_scene.options.clone()
         };
         self.paths.apply(options)
-    }
-
-    /// All that it does otherwise than others, defaults written out.
-    pub fn settings(&self) -> String {
-        format!("{:?} {:?} {:?}", self.method, self.training, self.paths)
     }
 
     /// The flags by which `render` does the same.
@@ -96,49 +91,6 @@ pub fn parse_integrators(list: &str) -> Result<Vec<Candidate>, InputError> {
         }
     }
     labels.iter().map(|label| Candidate::parse(label)).collect()
-}
-
-/// A setting that is tried with several values, all others as they are.
-pub struct Sweep {
-    pub name: String,
-    /// The integrator as it is without the setting, then with each of its values.
-    pub candidates: Vec<Candidate>,
-}
-
-/// `connections=1,2,4` (of spcbpt), `lvcbpt:light-paths=100,1000`, `spcbpt:lessons=2,connections=1,2` (with two lessons
-/// throughout), `bdpt:light-tracing` (without and with it).
-///
-/// # Errors
-/// No values, or as [`Candidate::parse`].
-pub fn parse_sweep(text: &str) -> Result<Sweep, InputError> {
-    let (integrator, settings) = text.split_once(':').unwrap_or(("spcbpt", text));
-    let parts: Vec<&str> = settings.split(',').collect();
-    // The values of the last setting that has any; a flag has none.
-    let last = parts.iter().rposition(|part| part.contains('=')).unwrap_or(parts.len() - 1);
-    let (name, first) = parts[last].split_once('=').map_or((parts[last], None), |(name, v)| (name, Some(v)));
-    if name.is_empty() || first.is_some_and(str::is_empty) {
-        return Err(InputError::Usage(format!(
-            "--knob '{text}' names no values; write INTEGRATOR:SETTING=VALUE,VALUE,..., for example \
-             spcbpt:connections=1,2,4"
-        )));
-    }
-    let fixed = parts[..last].join(",");
-    let label = |setting: String| {
-        let settings = [fixed.as_str(), &setting].into_iter().filter(|part| !part.is_empty());
-        let settings = settings.collect::<Vec<_>>().join(",");
-        if settings.is_empty() { integrator.to_owned() } else { format!("{integrator}:{settings}") }
-    };
-    let mut labels = vec![label(String::new())];
-    match first {
-        None => labels.push(label(name.to_owned())),
-        Some(first) => {
-            let values = std::iter::once(first).chain(parts[last + 1..].iter().copied());
-            labels.extend(values.map(|value| label(format!("{name}={value}"))));
-        }
-    }
-    let candidates = labels.iter().map(|label| Candidate::parse(label)).collect::<Result<_, _>>()?;
-    let of = label(String::new());
-    Ok(Sweep { name: format!("{name} of {of}"), candidates })
 }
 
 #[cfg(test)]
@@ -179,41 +131,6 @@ mod tests {
             for phrase in phrases {
                 assert!(said.contains(phrase), "'{phrase}' not in: {said}");
             }
-        }
-    }
-
-    #[test]
-    fn knobs_make_candidates() {
-        for (text, name, labels) in [
-            (
-                "connections=1,4",
-                "connections of spcbpt",
-                &["spcbpt", "spcbpt:connections=1", "spcbpt:connections=4"][..],
-            ),
-            ("path:max-depth=3", "max-depth of path", &["path", "path:max-depth=3"]),
-            ("bdpt:light-tracing", "light-tracing of bdpt", &["bdpt", "bdpt:light-tracing"]),
-            (
-                "spcbpt:lessons=2,light-tracing,connections=1,2",
-                "connections of spcbpt:lessons=2,light-tracing",
-                &[
-                    "spcbpt:lessons=2,light-tracing",
-                    "spcbpt:lessons=2,light-tracing,connections=1",
-                    "spcbpt:lessons=2,light-tracing,connections=2",
-                ],
-            ),
-        ] {
-            let knob = parse_sweep(text).expect(text);
-            assert_eq!(knob.name, name);
-            assert_eq!(knob.candidates.iter().map(|one| one.label.as_str()).collect::<Vec<_>>(), labels);
-        }
-        for (text, phrase) in [
-            ("", "no values"),
-            ("connections=", "no values"),
-            ("path:connections=1", "--connections"),
-            ("lessons=x", "x"),
-        ] {
-            let said = parse_sweep(text).err().expect(text).to_string();
-            assert!(said.contains(phrase), "'{phrase}' not in: {said}");
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::cli::text::{command_line, grouped, ratio, short, today};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::integrator::View;
-use crate::render::{RenderOptions, Renderer, Report};
+use crate::render::{Renderer, Report};
 
 /// What is measured and how, below the options of `--help`.
 const METHOD: &str = "\
@@ -23,7 +23,7 @@ its own and always as many samples. Seconds are of rendering, without loading an
 
 A reference is DIR/NAME.exr, or made and kept as DIR/NAME-WIDTHxHEIGHT-SCENE-CAMERA-INTEGRATOR.exr, SCENE a hash of all
 the scene's data (`halfway bench reference` makes them as well, and checks them). One that is neither exact enough nor had
-its time goes on growing. Remove it when the renderer itself has changed.
+its time gets more passes. Remove it when the renderer itself has changed.
 
 Columns:
   s                    median time of a render
@@ -32,7 +32,7 @@ Columns:
   trimmed              relMSE without its largest 0.1 %, nothing subtracted
   efficiency           1 / (mean relMSE x mean time)
   ratio                of efficiencies: median of the rounds' pairs, and its 95 % interval (bootstrap)
-  mean ratio           the picture's mean over the reference's, +- its standard error; few rounds know that badly:
+  mean ratio           the picture's mean over the reference's, +- its standard error; with few rounds that is uncertain:
                        with 8 one in 200 is beyond 4 of them by chance
   learning             seconds of spcbpt before its first sample: done once for all rounds, in none of the times
   rays to vertices     for one sample of every pixel; connections are those tested
@@ -43,7 +43,7 @@ Columns:
 #[command(after_long_help = METHOD)]
 pub struct EfficiencyArgs {
     #[command(flatten)]
-    subject: BenchSceneArgs,
+    scenes: BenchSceneArgs,
     /// Integrators, with settings where the default is not meant: path,lvcbpt:connections=2,light-tracing,light.
     /// Ratios are to the first.
     #[arg(long, value_name = "LIST", default_value = "path,bdpt,lvcbpt")]
@@ -51,7 +51,7 @@ pub struct EfficiencyArgs {
     /// Choose samples so that a render takes about this time.
     #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "2s")]
     time: Duration,
-    /// Samples a pixel, for all integrators, in place of a time.
+    /// Samples per pixel, for all integrators, in place of a time.
     #[arg(long, value_name = "N", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// Renders of each integrator.
@@ -73,18 +73,18 @@ pub struct EfficiencyArgs {
 /// Bad input, no device, a reference that cannot be kept.
 pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
-    let keeper = args.reference.keeper()?;
-    let context = args.subject.picture.device.open(true)?;
+    let store = args.reference.store()?;
+    let context = args.scenes.picture.device.open(true)?;
     let (today, command) = (today(), command_line());
     let mut heading = Some(format!("## {today}, {}\n\n`{command}`", context.describe()));
     let mut results = Vec::new();
     let mut non_finite = 0;
-    for path in &args.subject.scenes {
-        let subject = args.subject.load(path)?;
-        let Some(reference) = keeper.reference(&context, &subject, quiet)? else {
+    for path in &args.scenes.paths {
+        let bench_scene = args.scenes.load(path)?;
+        let Some(reference) = store.reference(&context, &bench_scene, quiet)? else {
             return Ok(Exit::Interrupted);
         };
-        let measured = rounds(args, &context, &subject, &candidates, &reference, quiet)?;
+        let measured = rounds(args, &context, &bench_scene, &candidates, &reference, quiet)?;
         let first = measured[0].0.clone();
         let rows: Vec<Row> = candidates
             .iter()
@@ -98,16 +98,16 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
         if rows.iter().any(too_noisy) {
             log::warn!(
                 "{}: noise of the reference is over a tenth of an error; raise --reference-time",
-                subject.name
+                bench_scene.name
             );
         }
         if args.json {
-            results.push(json_of(&subject, &reference, &rows));
+            results.push(json_of(&bench_scene, &reference, &rows));
         } else {
             if let Some(heading) = heading.take() {
                 println!("{heading}");
             }
-            print_table(args, &subject, &reference, &rows);
+            print_table(args, &bench_scene, &reference, &rows);
         }
     }
     if args.json {
@@ -126,25 +126,29 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
 fn rounds(
     args: &EfficiencyArgs,
     context: &Context,
-    subject: &BenchScene,
+    bench_scene: &BenchScene,
     candidates: &[Candidate],
     reference: &ReferenceFile,
     quiet: bool,
 ) -> Result<Vec<(Vec<Run>, Report)>, CliError> {
     let mut renderers = Vec::new();
     for candidate in candidates {
-        renderers.push(Renderer::new(context, &subject.scene, candidate.options(subject, args.seed.into()))?);
+        renderers.push(Renderer::new(
+            context,
+            &bench_scene.scene,
+            candidate.options(bench_scene, args.seed.into()),
+        )?);
     }
     let work = args.spp.map_or(Work::Time(args.time), Work::Samples);
     let say = |round: Option<u32>, index: usize| {
-        let (name, label) = (&subject.name, &candidates[index].label);
+        let (name, label) = (&bench_scene.name, &candidates[index].label);
         match round {
             _ if quiet => {}
             None => eprintln!("{name}: how fast is {label}"),
             Some(round) => eprintln!("{name}: round {} of {}, {label}", round + 1, args.rounds),
         }
     };
-    Ok(measure(&mut renderers, work, args.rounds, args.seed.into(), &reference.truth(subject), say)?)
+    Ok(measure(&mut renderers, work, args.rounds, args.seed.into(), &reference.of_whole(bench_scene), say)?)
 }
 
 /// A candidate's results.
@@ -161,7 +165,7 @@ impl Row<'_> {
     }
 }
 
-fn json_of(subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) -> serde_json::Value {
+fn json_of(bench_scene: &BenchScene, reference: &ReferenceFile, rows: &[Row]) -> serde_json::Value {
     let integrators: Vec<_> = rows
         .iter()
         .map(|row| {
@@ -177,23 +181,23 @@ fn json_of(subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) -> ser
         })
         .collect();
     json!({
-        "scene": subject.name,
-        "hash": format!("{:016x}", subject.hash),
-        "size": [subject.options.view.width, subject.options.view.height],
+        "scene": bench_scene.name,
+        "hash": format!("{:016x}", bench_scene.hash),
+        "size": [bench_scene.options.view.width, bench_scene.options.view.height],
         "reference": { "file": reference.path, "noise": reference.noise },
         "integrators": integrators,
     })
 }
 
-fn print_table(args: &EfficiencyArgs, subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) {
-    let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
+fn print_table(args: &EfficiencyArgs, bench_scene: &BenchScene, reference: &ReferenceFile, rows: &[Row]) {
+    let View { width, height, .. } = bench_scene.options.view;
     let origin = reference.origin();
     let noise = reference.noise.map_or("taken as exact, its noise is not known".into(), |noise| {
         format!("its own relMSE {} is subtracted", short(noise.relmse))
     });
     println!(
         "\n**{}**, {width}x{height}, {} rounds; reference: {origin}; {noise}\n",
-        subject.name, args.rounds
+        bench_scene.name, args.rounds
     );
     let first = &rows[0].candidate.label;
     println!(

@@ -1,20 +1,19 @@
-//! `halfway bench`
+//! `halfway bench`: each benchmark's command in a file or folder of its own; what they share is in [`scene`],
+//! [`candidate`] and [`reference`].
 
 mod candidate;
 mod efficiency;
+mod rays;
 mod reference;
 mod scene;
+mod sweep;
 mod trade;
-
-use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use crate::bench::rays::{RayBench, RaySet};
-use crate::cli::args::picture::DeviceArgs;
-use crate::cli::args::{CameraNameArgs, SceneArgs, parse_size};
 use crate::cli::{CliError, Exit};
 use efficiency::EfficiencyArgs;
+use rays::RaysArgs;
 use reference::MakeReferenceArgs;
 use trade::TradeArgs;
 
@@ -27,37 +26,14 @@ pub struct BenchArgs {
 
 #[derive(Subcommand, Debug)]
 enum Bench {
-    /// Rays a second: primary, diffuse bounce, shadow.
+    /// Rays per second: primary, diffuse bounce, shadow.
     Rays(RaysArgs),
     /// Efficiency of integrators, 1 / (relMSE x time), with confidence, as a Markdown table.
     Efficiency(EfficiencyArgs),
     /// What speed costs in accuracy: error against time, of integrators and of their settings, as a page with plots.
     Trade(Box<TradeArgs>),
     /// Make references as exact as asked, and check each by another integrator.
-    ReferenceFile(MakeReferenceArgs),
-}
-
-/// Traces rays of three kinds and prints millions a second.
-#[derive(Args, Debug)]
-struct RaysArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// One primary ray for each pixel of this size.
-    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "512x512")]
-    size: [u32; 2],
-    #[command(flatten)]
-    camera: CameraNameArgs,
-    /// Seconds of tracing for each kind.
-    #[arg(long, default_value_t = 2.0)]
-    seconds: f64,
-    #[command(flatten)]
-    device: DeviceArgs,
-    /// Print JSON in place of the table.
-    #[arg(long)]
-    json: bool,
-    /// Write triangles and rays as little-endian f32 (see tools/embree), and trace nothing more.
-    #[arg(long, value_name = "DIR")]
-    dump: Option<PathBuf>,
+    Reference(MakeReferenceArgs),
 }
 
 /// Runs a benchmark.
@@ -66,61 +42,9 @@ struct RaysArgs {
 /// Bad input, no device, files that cannot be written.
 pub fn run(args: &BenchArgs, quiet: bool) -> Result<Exit, CliError> {
     match &args.bench {
-        Bench::Rays(args) => rays(args),
+        Bench::Rays(args) => rays::run(args),
         Bench::Efficiency(args) => efficiency::run(args, quiet),
         Bench::Trade(args) => trade::run(args, quiet),
-        Bench::ReferenceFile(args) => reference::run(args, quiet),
+        Bench::Reference(args) => reference::run(args, quiet),
     }
-}
-
-fn rays(args: &RaysArgs) -> Result<Exit, CliError> {
-    let mut scene = args.scene.load()?;
-    let camera = args.camera.choose(&mut scene)?;
-    let context = args.device.open(true)?;
-    let mut bench = RayBench::new(&context, &scene, camera, args.size)?;
-    if let Some(folder) = &args.dump {
-        std::fs::create_dir_all(folder).map_err(CliError::folder(folder))?;
-        write(folder, "triangles", &bench.triangles())?;
-        for set in &bench.sets {
-            write(folder, set.name, &dump_rays(set))?;
-        }
-        println!("{}", folder.display());
-        return Ok(Exit::Done);
-    }
-    let mut results = serde_json::Map::new();
-    for index in 0..bench.sets.len() {
-        let result = bench.measure(&context, index, args.seconds)?;
-        let set = &bench.sets[index];
-        if !args.json {
-            println!(
-                "{:<8} {:>8.3} Mrays/s   {} rays, {} hits",
-                set.name,
-                result.mrays_per_second,
-                set.rays.len(),
-                result.hits
-            );
-        }
-        results.insert(set.name.into(), serde_json::to_value(result)?);
-    }
-    if args.json {
-        results.insert("device".into(), context.describe().into());
-        println!("{}", serde_json::Value::Object(results));
-    }
-    Ok(Exit::Done)
-}
-
-/// Origin, tmin, direction, tmax.
-fn dump_rays(set: &RaySet) -> Vec<f32> {
-    set.rays
-        .iter()
-        .flat_map(|ray| {
-            let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
-            [ox, oy, oz, 0.0, dx, dy, dz, ray.t_max]
-        })
-        .collect()
-}
-
-fn write(folder: &Path, name: &str, data: &[f32]) -> Result<(), CliError> {
-    let path = folder.join(name).with_extension("f32");
-    std::fs::write(&path, bytemuck::cast_slice(data)).map_err(CliError::write("rays", &path))
 }

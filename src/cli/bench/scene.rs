@@ -15,7 +15,7 @@ use crate::scene::Scene;
 pub struct BenchSceneArgs {
     /// .gltf or .glb files, or `builtin:NAME`.
     #[arg(value_name = "SCENE", required = true)]
-    pub scenes: Vec<PathBuf>,
+    pub paths: Vec<PathBuf>,
     #[command(flatten)]
     camera: CameraNameArgs,
     #[command(flatten)]

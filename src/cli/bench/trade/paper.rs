@@ -1,11 +1,11 @@
-//! What the paper measured: Su, Li, Wang, SPCBPT: Subspace-based Probabilistic Connections for Bidirectional Path Tracing,
-//! SIGGRAPH 2022, slides, "To achieve MAPE = 12 %". Seconds on the authors' GPU, pre-processing included.
+//! What the paper measured: Su, Li, Wang, SPCBPT: Subspace-based Probabilistic Connections for Bidirectional Path
+//! Tracing, SIGGRAPH 2022, slides, "To achieve MAPE = 12 %". Seconds on the authors' GPU, pre-processing included.
 
 /// A scene: what each took to 12 %, LVCBPT first, then SPCBPT.
 pub struct Figures {
     pub scene: &'static str,
     seconds: [f64; 2],
-    /// Of one sample a pixel.
+    /// Of one sample per pixel.
     pub iterations: [u32; 2],
 }
 

@@ -1,4 +1,5 @@
-//! Renders that are done, one a line in a file that only ever grows, so that a benchmark that is cut off goes on.
+//! Renders that are done, one per line of a file that lines are only added to, so that a benchmark that is cut off goes
+//! on.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
@@ -6,49 +7,23 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::bench::trade::Point;
+use crate::bench::key::RunKey;
+use crate::bench::trade::Checkpoint;
 use crate::cli::CliError;
-
-/// All that a render's figures depend on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Key {
-    pub version: String,
-    pub device: String,
-    pub scene: String,
-    /// Of all the scene's data, in hexadecimal.
-    pub scene_hash: String,
-    pub size: [u32; 2],
-    pub camera: usize,
-    pub max_depth: Option<u32>,
-    pub roulette_cap: f32,
-    /// As it is written on the command line, and with all that this means.
-    pub integrator: String,
-    pub settings: String,
-    pub seed: u64,
-    /// The budget, and the looks.
-    pub milliseconds: Option<u64>,
-    pub samples: Option<u32>,
-    pub equal_samples: u32,
-    /// The error that a render goes on to, and for how long at most.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub goal: Option<(f64, u64)>,
-    /// Hash of the picture that it was compared with.
-    pub reference: String,
-}
 
 /// A render that was done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     #[serde(flatten)]
-    pub key: Key,
-    pub points: Vec<Point>,
+    pub key: RunKey,
+    pub checkpoints: Vec<Checkpoint>,
 }
 
 /// How a device's speed changed while renders were measured.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Drift {
-    /// Seconds for the work of the gauge, over all that was measured.
-    pub usual_pace: f64,
+    /// Seconds for a unit of work, over all that was measured.
+    pub usual_seconds_per_unit: f64,
     /// That of the fastest and of the slowest render over it.
     pub best: f64,
     pub worst: f64,
@@ -56,16 +31,16 @@ pub struct Drift {
 
 impl Drift {
     /// Of renders; `None` without any.
-    pub fn of<'a>(renders: impl Iterator<Item = &'a [Point]>) -> Option<Self> {
-        let ends: Vec<&Point> = renders.filter_map(<[Point]>::last).collect();
+    pub fn of<'a>(renders: impl Iterator<Item = &'a [Checkpoint]>) -> Option<Self> {
+        let ends: Vec<&Checkpoint> = renders.filter_map(<[Checkpoint]>::last).collect();
         let (seconds, work) = ends.iter().fold((0.0, 0.0), |(seconds, work), end| {
             (seconds + end.total_seconds(), work + end.total_work())
         });
-        let usual_pace = seconds / work;
-        let over = |end: &&Point| end.total_seconds() / end.total_work() / usual_pace;
+        let usual_seconds_per_unit = seconds / work;
+        let over = |end: &&Checkpoint| end.total_seconds() / end.total_work() / usual_seconds_per_unit;
         let best = ends.iter().map(over).min_by(f64::total_cmp)?;
         let worst = ends.iter().map(over).max_by(f64::total_cmp)?;
-        Some(Self { usual_pace, best, worst })
+        Some(Self { usual_seconds_per_unit, best, worst })
     }
 }
 
@@ -76,8 +51,8 @@ pub struct Records {
 }
 
 impl Records {
-    /// Reads the file, if there is one. A last line without its end, which a program that was stopped leaves, is taken out;
-    /// lines that are not understood stay, and both are told.
+    /// Reads the file, if there is one. A last line without its end, which a program that was stopped leaves, is taken
+    /// out; lines that are not understood stay, and both are reported.
     ///
     /// # Errors
     /// A file that cannot be read, or not be shortened.
@@ -109,9 +84,13 @@ impl Records {
         Ok(Self { path: path.to_owned(), records })
     }
 
-    /// The looks of a render that is done; the last one, should there be several.
-    pub fn find(&self, key: &Key) -> Option<&[Point]> {
-        self.records.iter().rev().find(|record| record.key == *key).map(|record| record.points.as_slice())
+    /// The checkpoints of a render that is done; the last one, should there be several.
+    pub fn find(&self, key: &RunKey) -> Option<&[Checkpoint]> {
+        self.records
+            .iter()
+            .rev()
+            .find(|record| record.key == *key)
+            .map(|record| record.checkpoints.as_slice())
     }
 
     pub fn len(&self) -> usize {

@@ -1,13 +1,14 @@
-//! All figures of a benchmark, as JSON, as CSV and as plots.
+//! All figures of a benchmark, as JSON and as CSV.
 
 use serde::Serialize;
 
-use super::plot::{Curve, Line, Plot};
+use super::lineup::Lineup;
 use super::record::Drift;
-use crate::bench::trade::{Point, Summary, Typical, front, summary};
-use crate::cli::bench::candidate::{Candidate, Sweep};
+use crate::bench::trade::{Checkpoint, Summary, Typical, front, summary};
+use crate::cli::bench::candidate::Candidate;
 use crate::cli::bench::reference::ReferenceFile;
 use crate::cli::bench::scene::BenchScene;
+use crate::cli::bench::sweep::Sweep;
 use crate::film::metric::ReferenceNoise;
 
 /// Share of an error that a reference may have itself before errors are of the reference.
@@ -47,14 +48,14 @@ pub struct SceneResult {
     /// Those of --integrators; ratios are to the first.
     pub integrators: Vec<CandidateResult>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub knobs: Vec<SweepResult>,
+    pub sweeps: Vec<SweepResult>,
 }
 
 /// What a scene was compared with.
 #[derive(Serialize)]
 pub struct ReferenceResult {
     pub file: String,
-    /// It has every so manieth pixel of every so manieth row.
+    /// It has every pixel of this number, of every row of this number; 1: all.
     pub stride: u32,
     pub origin: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -71,7 +72,7 @@ pub struct CandidateResult {
     pub flags: String,
     pub summary: Summary,
     /// Seed by seed.
-    pub runs: Vec<Vec<Point>>,
+    pub runs: Vec<Vec<Checkpoint>>,
 }
 
 /// A setting with its values.
@@ -80,11 +81,11 @@ pub struct SweepResult {
     pub name: String,
     /// The first is without the setting; ratios are to it.
     pub values: Vec<CandidateResult>,
-    /// Of each value its looks on the front of all, `[seconds, MAPE]`.
+    /// Of each value its checkpoints on the front of all, `[seconds, MAPE]`.
     pub front: Vec<Vec<[f64; 2]>>,
 }
 
-/// What tables ask for.
+/// What the tables are of.
 pub struct Ask<'a> {
     pub target: f64,
     pub times: &'a [f64],
@@ -93,19 +94,17 @@ pub struct Ask<'a> {
 
 /// Summarises the renders of a scene: `runs` by candidate and seed.
 pub fn scene_result(
-    subject: &BenchScene,
+    bench_scene: &BenchScene,
     reference: &ReferenceFile,
-    candidates: &[Candidate],
-    listed: usize,
-    knobs: &[Sweep],
-    runs: Vec<Vec<Vec<Point>>>,
+    lineup: &Lineup,
+    runs: Vec<Vec<Vec<Checkpoint>>>,
     ask: &Ask,
 ) -> SceneResult {
     let result = |index: usize, first: usize| {
         let slices = |index: usize| runs[index].iter().map(Vec::as_slice).collect::<Vec<_>>();
         CandidateResult {
-            label: candidates[index].label.clone(),
-            flags: candidates[index].flags(),
+            label: lineup.all[index].label.clone(),
+            flags: lineup.all[index].flags(),
             summary: summary(
                 &slices(index),
                 &slices(first),
@@ -117,17 +116,17 @@ pub fn scene_result(
             runs: runs[index].clone(),
         }
     };
-    let place = |one: &Candidate| candidates.iter().position(|other| other.label == one.label);
-    let knob = |knob: &Sweep| {
-        let places: Vec<usize> = knob.candidates.iter().filter_map(place).collect();
+    let place = |one: &Candidate| lineup.all.iter().position(|other| other.label == one.label);
+    let sweep = |sweep: &Sweep| {
+        let places: Vec<usize> = sweep.candidates.iter().filter_map(place).collect();
         let values: Vec<CandidateResult> = places.iter().map(|&index| result(index, places[0])).collect();
         let curves: Vec<&[Typical]> = values.iter().map(|value| value.summary.curve.as_slice()).collect();
-        SweepResult { name: knob.name.clone(), front: front(&curves), values }
+        SweepResult { name: sweep.name.clone(), front: front(&curves), values }
     };
     SceneResult {
-        name: subject.name.clone(),
-        hash: format!("{:016x}", subject.hash),
-        size: [subject.options.view.width, subject.options.view.height],
+        name: bench_scene.name.clone(),
+        hash: format!("{:016x}", bench_scene.hash),
+        size: [bench_scene.options.view.width, bench_scene.options.view.height],
         reference: ReferenceResult {
             file: reference.path.display().to_string(),
             stride: reference.stride(),
@@ -135,17 +134,17 @@ pub fn scene_result(
             checked: reference.checked().map(str::to_owned),
             noise: reference.noise,
         },
-        integrators: (0..listed).map(|index| result(index, 0)).collect(),
-        knobs: knobs.iter().map(knob).collect(),
+        integrators: (0..lineup.listed).map(|index| result(index, 0)).collect(),
+        sweeps: lineup.sweeps.iter().map(sweep).collect(),
     }
 }
 
 impl SceneResult {
     /// Every candidate once.
     pub fn all(&self) -> impl Iterator<Item = &CandidateResult> {
-        let of_knobs = self.knobs.iter().flat_map(|knob| &knob.values);
+        let of_sweeps = self.sweeps.iter().flat_map(|sweep| &sweep.values);
         let mut seen: Vec<&str> = Vec::new();
-        self.integrators.iter().chain(of_knobs).filter(move |one| {
+        self.integrators.iter().chain(of_sweeps).filter(move |one| {
             let is_new = !seen.contains(&one.label.as_str());
             seen.push(&one.label);
             is_new
@@ -163,28 +162,17 @@ impl SceneResult {
         self.integrators[index].summary.expected[place].map(|_| index)
     }
 
-    /// The least error that is told.
+    /// The least error of any checkpoint.
     fn least_error(&self) -> f64 {
-        let looks = self.all().flat_map(|one| &one.summary.curve);
-        looks.map(|look| look.mape).fold(f64::INFINITY, f64::min)
+        let checkpoints = self.all().flat_map(|one| &one.summary.curve);
+        checkpoints.map(|checkpoint| checkpoint.mape).fold(f64::INFINITY, f64::min)
     }
 
-    /// The reference's own error, where it is too much of the least that is told.
+    /// The reference's own error, where it is too much of the least error.
     pub fn noisy_reference(&self) -> Option<f64> {
         let noise = self.reference.noise?.mape;
         (noise > REFERENCE_SHARE * self.least_error()).then_some(noise)
     }
-
-    /// The beginning of the names of its plots.
-    pub fn stem(&self) -> String {
-        file_name(&self.name)
-    }
-}
-
-/// Only what any file system and any page takes.
-pub fn file_name(text: &str) -> String {
-    let keep = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c.to_ascii_lowercase() } else { '-' };
-    text.chars().map(keep).collect()
 }
 
 impl Trade {
@@ -193,17 +181,17 @@ impl Trade {
         runs.filter_map(|points| points.last()).map(|point| point.non_finite).sum()
     }
 
-    /// What a reader has to know before he believes a figure.
+    /// What makes figures doubtful.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         for scene in &self.scenes {
             let name = &scene.name;
             match scene.reference.noise {
                 None => warnings
-                    .push(format!("{name}: nobody knows the reference's own error; it counts as exact")),
+                    .push(format!("{name}: the reference's own error is not known; it counts as exact")),
                 Some(_) => warnings.extend(scene.noisy_reference().map(|error| {
                     format!(
-                        "{name}: the reference's own MAPE, {:.2} %, is over a fifth of the least error told, \
+                        "{name}: the reference's own MAPE, {:.2} %, is over a fifth of the least error here, \
                          {:.2} %: the lowest errors are too high; raise --reference-time",
                         100.0 * error,
                         100.0 * scene.least_error()
@@ -214,9 +202,9 @@ impl Trade {
         warnings
     }
 
-    /// Every look at every render.
+    /// Every checkpoint of every render.
     pub fn csv(&self) -> String {
-        let columns = Point::COLUMNS;
+        let columns = Checkpoint::COLUMNS;
         let mut csv = format!(
             "scene,integrator,seed,{columns},relmse_without_reference_noise,estimated_over_measured\n"
         );
@@ -226,13 +214,13 @@ impl Trade {
             for one in scene.all() {
                 for (seed, points) in one.runs.iter().enumerate() {
                     for point in points {
-                        let honesty = point.estimated_error.map(|error| (error / point.mape).to_string());
+                        let calibration = point.estimated_error.map(|error| (error / point.mape).to_string());
                         csv += &format!(
                             "\"{name}\",\"{}\",{seed},{},{},{}\n",
                             one.label,
                             point.row(),
                             point.relmse - noise,
-                            honesty.unwrap_or_default(),
+                            calibration.unwrap_or_default(),
                         );
                     }
                 }
@@ -240,66 +228,4 @@ impl Trade {
         }
         csv
     }
-
-    /// File names and plots.
-    pub fn plots(&self) -> Vec<(String, Plot<'_>)> {
-        let mut plots = Vec::new();
-        for scene in &self.scenes {
-            let stem = scene.stem();
-            let [width, height] = scene.size;
-            for (suffix, x_title, of_median, of_point) in [
-                (
-                    "time",
-                    "seconds, learning included",
-                    (|look| look.total_seconds) as fn(&Typical) -> f64,
-                    Point::total_seconds as fn(&Point) -> f64,
-                ),
-                ("samples", "samples a pixel", |look| look.samples, |point| f64::from(point.samples)),
-            ] {
-                let line = |one: &CandidateResult| Line {
-                    name: one.label.clone(),
-                    median: median(one, of_median),
-                    renders: one
-                        .runs
-                        .iter()
-                        .map(|points| points.iter().map(|p| [of_point(p), 100.0 * p.mape]).collect())
-                        .collect(),
-                    front: Vec::new(),
-                };
-                plots.push((
-                    format!("{stem}-{suffix}.svg"),
-                    self.plot(
-                        format!("{}, {width}x{height}", scene.name),
-                        x_title,
-                        scene.integrators.iter().map(line).collect(),
-                    ),
-                ));
-            }
-            for knob in &scene.knobs {
-                let line = |(one, front): (&CandidateResult, &Vec<[f64; 2]>)| Line {
-                    name: one.label.clone(),
-                    median: median(one, |look| look.total_seconds),
-                    renders: Vec::new(),
-                    front: front.iter().map(|[seconds, mape]| [*seconds, 100.0 * mape]).collect(),
-                };
-                plots.push((
-                    format!("{stem}-{}.svg", file_name(&knob.name)),
-                    self.plot(
-                        format!("{}, {width}x{height}: {}, rings: the front", scene.name, knob.name),
-                        "seconds, learning included",
-                        knob.values.iter().zip(&knob.front).map(line).collect(),
-                    ),
-                ));
-            }
-        }
-        plots
-    }
-
-    fn plot<'a>(&self, title: String, x_title: &'a str, lines: Vec<Line>) -> Plot<'a> {
-        Plot { title, x_title, y_title: "MAPE, %", level: Some(100.0 * self.target), lines }
-    }
-}
-
-fn median(one: &CandidateResult, x: fn(&Typical) -> f64) -> Curve {
-    one.summary.curve.iter().map(|look| [x(look), 100.0 * look.mape]).collect()
 }

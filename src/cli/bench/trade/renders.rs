@@ -1,0 +1,139 @@
+//! The renders of one scene: those that are stored, and those that are still to be made.
+
+use super::TradeArgs;
+use super::lineup::Lineup;
+use super::record::{Record, Records};
+use crate::bench::key::{self, RunKey, Settings};
+use crate::bench::speed::SpeedProbe;
+use crate::bench::trade::{Checkpoint, Plan, measure};
+use crate::cli::CliError;
+use crate::cli::bench::candidate::Candidate;
+use crate::cli::bench::reference::ReferenceFile;
+use crate::cli::bench::scene::BenchScene;
+use crate::cli::progress::{interrupted, learn};
+use crate::cli::text::short;
+use crate::device::Context;
+use crate::math::fnv::fnv;
+use crate::render::{Prepared, RenderError, RenderOptions};
+use crate::training::When;
+
+/// The renders of a scene by all integrators.
+pub struct SceneRenders<'a> {
+    pub args: &'a TradeArgs,
+    pub context: &'a Context,
+    pub bench_scene: BenchScene,
+    pub reference: ReferenceFile,
+    pub plan: Plan,
+    pub quiet: bool,
+}
+
+impl SceneRenders<'_> {
+    /// The keys of each candidate's renders, seed by seed.
+    fn keys(&self, lineup: &Lineup) -> Result<Vec<Vec<RunKey>>, CliError> {
+        let seeds = self.args.seeds;
+        lineup.all.iter().map(|one| (0..seeds).map(|round| self.key(one, round)).collect()).collect()
+    }
+
+    /// Those that are stored: their checkpoints, by candidate and seed.
+    ///
+    /// # Errors
+    /// Settings that no key can be made of.
+    pub fn stored<'r>(
+        &self,
+        lineup: &Lineup,
+        records: &'r Records,
+    ) -> Result<Vec<Vec<&'r [Checkpoint]>>, CliError> {
+        let of = |key: &RunKey| records.find(key);
+        Ok(self.keys(lineup)?.iter().map(|keys| keys.iter().filter_map(of).collect()).collect())
+    }
+
+    /// Renders what is not stored; false where Ctrl-C ended it.
+    ///
+    /// # Errors
+    /// What rendering reports, a record that cannot be written.
+    pub fn render_all(
+        &self,
+        lineup: &Lineup,
+        records: &mut Records,
+        probe: &mut Option<SpeedProbe>,
+    ) -> Result<bool, CliError> {
+        let (count, seeds) = (lineup.all.len(), self.args.seeds);
+        let keys = self.keys(lineup)?;
+        let is_there = |key: &&RunKey| records.find(key).is_some();
+        let there = keys.iter().flatten().filter(is_there).count();
+        let mut left = count * seeds as usize - there;
+        if there > 0 && !self.quiet {
+            eprintln!("{}: {there} renders are there already, {left} to go", self.bench_scene.name);
+        }
+        for round in 0..seeds {
+            for place in 0..count {
+                let index = if round.is_multiple_of(2) { place } else { count - 1 - place };
+                let (candidate, key) = (&lineup.all[index], &keys[index][round as usize]);
+                if records.find(key).is_some() {
+                    continue;
+                }
+                if !self.quiet {
+                    let longest = self.args.longest.unwrap_or(self.args.time);
+                    let minutes = left as f64 * longest.as_secs_f64() / 60.0;
+                    eprintln!(
+                        "{}: seed {} of {seeds}, {}; {left} renders, at most {} min and their compiling",
+                        self.bench_scene.name,
+                        round + 1,
+                        candidate.label,
+                        short(minutes)
+                    );
+                }
+                let probe = match probe.as_mut() {
+                    Some(probe) => probe,
+                    None => probe.insert(SpeedProbe::new(self.context)?),
+                };
+                let Some(points) = self.render(candidate, key.seed, probe)? else { return Ok(false) };
+                records.push(Record { key: key.clone(), checkpoints: points })?;
+                left -= 1;
+            }
+        }
+        Ok(true)
+    }
+
+    fn key(&self, candidate: &Candidate, round: u32) -> Result<RunKey, CliError> {
+        // Renders of different integrators share no random numbers, so that their errors are independent.
+        let stream = fnv(candidate.label.as_bytes()) >> 33;
+        let seed = stream << 32 | u64::from(self.args.seed.wrapping_add(round));
+        let options = candidate.options(&self.bench_scene, seed);
+        Ok(RunKey {
+            key_version: key::VERSION,
+            version: env!("CARGO_PKG_VERSION").into(),
+            device: self.context.describe(),
+            scene: self.bench_scene.name.clone(),
+            scene_hash: format!("{:016x}", self.bench_scene.hash),
+            reference: format!("{:016x}", self.reference.hash()),
+            size: [options.view.width, options.view.height],
+            camera: options.camera,
+            integrator: candidate.label.clone(),
+            seed,
+            settings: Settings::of(&options, &self.plan)?,
+        })
+    }
+
+    /// A render from the beginning, learning included; `None` where Ctrl-C ended it.
+    fn render(
+        &self,
+        candidate: &Candidate,
+        seed: u64,
+        probe: &mut SpeedProbe,
+    ) -> Result<Option<Vec<Checkpoint>>, CliError> {
+        let options =
+            RenderOptions { budget: self.plan.budget(), ..candidate.options(&self.bench_scene, seed) };
+        let mut prepared = Prepared::new(self.context, &self.bench_scene.scene, options)?;
+        let mut clock = probe.clock()?;
+        if prepared.learns() == Some(When::First) {
+            match learn(&mut prepared, true) {
+                Err(RenderError::Interrupted) => return Ok(None),
+                learnt => drop(learnt?),
+            }
+        }
+        let mut renderer = prepared.renderer()?;
+        let reference = self.reference.of_whole(&self.bench_scene);
+        Ok(measure(&mut renderer, &self.plan, &reference, &mut clock, |_| interrupted())?)
+    }
+}
