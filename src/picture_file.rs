@@ -1,4 +1,4 @@
-//! Floating-point pictures as files say them: named channels and attributes, from OpenEXR, Radiance HDR and PFM.
+//! Floating-point pictures as files hold them: named channels and attributes, from OpenEXR, Radiance HDR and PFM.
 //!
 //! It stands this low because both the environment light and the film read such files.
 

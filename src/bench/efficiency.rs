@@ -8,7 +8,7 @@ use super::reference::Reference;
 use crate::film::metric::{self, Errors, ReferenceNoise};
 use crate::integrator::RayCounts;
 use crate::math::statistics::{mean, median, median_interval, standard_error};
-use crate::render::{Budget, RenderError, Renderer, Report};
+use crate::render::{Budget, RenderError, Renderer, Report, TimeLimit};
 
 /// How much each render does. The error is that of a number of samples, never of an interval of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,9 +103,8 @@ pub fn measure(
                 samples
             }
             Work::Time(time) => {
-                // A budget of time counts learning too, which is done once for all rounds.
-                let learning = Duration::from_secs_f64(renderer.report()?.preprocessing_seconds);
-                let report = render(renderer, Budget { time: Some(time + learning), ..Budget::default() })?;
+                let limit = TimeLimit::Rendering(time);
+                let report = render(renderer, Budget { time: Some(limit), ..Budget::default() })?;
                 samples_for(time.as_secs_f64(), &report)
             }
         });

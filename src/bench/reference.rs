@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::film::average::average;
 use crate::film::metric::{self, ReferenceNoise, TileTest};
 use crate::film::{Picture, Region};
-use crate::render::{Budget, Progress, RenderError, Renderer, Stop};
+use crate::render::{Budget, Progress, RenderError, Renderer, Stop, TimeLimit};
 
 /// Of the first portion: no other render has it.
 const FIRST_SEED: u64 = 1 << 63;
@@ -58,9 +58,7 @@ impl AccumulatedReference {
     ) -> Result<Option<Self>, RenderError> {
         let number = before.as_ref().map_or(0, |grown| grown.portions.len() as u64);
         renderer.restart(FIRST_SEED + (stream << 32) + number, None)?;
-        // A budget of time counts learning too, which comes once before all portions.
-        let learning = Duration::from_secs_f64(renderer.report()?.preprocessing_seconds);
-        renderer.set_budget(Budget { time: Some(time + learning), ..Budget::default() });
+        renderer.set_budget(Budget { time: Some(TimeLimit::Rendering(time)), ..Budget::default() });
         renderer.run(&mut interrupted)?;
         renderer.set_budget(Budget { samples: Some(LEAST_SAMPLES), ..Budget::default() });
         if renderer.run(&mut interrupted)? == Stop::Interrupted && renderer.report()?.samples < LEAST_SAMPLES

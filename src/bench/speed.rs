@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use crate::device::Context;
+use crate::integrator::View;
 use crate::render::{Budget, RenderError, RenderOptions, Renderer};
 use crate::scene::builtin::rooms::cornell;
 
@@ -29,7 +30,10 @@ impl SpeedProbe {
     /// # Errors
     /// A lost device, a kernel that does not compile.
     pub fn new(context: &Context) -> Result<Self, RenderError> {
-        let options = RenderOptions { width: SIZE, height: SIZE, ..RenderOptions::default() };
+        let options = RenderOptions {
+            view: View { width: SIZE, height: SIZE, ..View::default() },
+            ..RenderOptions::default()
+        };
         let samples = if context.is_cpu() { SAMPLES_CPU } else { SAMPLES_GPU };
         Ok(Self { renderer: Renderer::new(context, &cornell(), options)?, samples })
     }

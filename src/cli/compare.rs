@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{CliError, Exit};
 use crate::film::metric::{self, Comparison, NoiseSource};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{FilmError, Picture, heatmap, png};
 
 /// What the metrics mean, below the options of `--help`.
@@ -23,7 +23,7 @@ Metrics (a: the picture's value, b: the reference's, e: 1 % of the reference's m
   tile-z                difference of 8x8-pixel tiles in standard errors, the worst one; needs the variance
                         layers of both pictures
   psnr                  decibels between the displayed pictures; larger is better
-  flip                  visible difference of the displayed pictures, 0 (none) to 1 (LDR-FLIP, 67 pixels a degree)
+  flip                  visible difference of the displayed pictures, 0 (none) to 1 (LDR-FLIP, 67 pixels per degree)
 
 Exit codes: 0 within the limits, 1 beyond --fail-above, 2 bad input, 5 NaN or infinite pixels.";
 
@@ -45,7 +45,7 @@ pub struct CompareArgs {
     pub heatmap: Option<PathBuf>,
     /// How pictures are displayed for psnr and flip [default: neutral, srgb when a file is PNG].
     #[arg(long)]
-    pub view: Option<View>,
+    pub view: Option<ViewTransform>,
     /// Stops of exposure for psnr and flip.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
@@ -133,7 +133,7 @@ pub fn run(args: &CompareArgs) -> Result<Exit, CliError> {
     let is_png =
         |path: &PathBuf| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
     let is_display = is_png(&args.picture) || is_png(&args.reference);
-    let view = args.view.unwrap_or(if is_display { View::Srgb } else { View::default() });
+    let view = args.view.unwrap_or(if is_display { ViewTransform::Srgb } else { ViewTransform::default() });
     let comparison = match metric::compare(&picture, &reference, view, args.exposure) {
         Err(error @ FilmError::NonFiniteCompared { .. }) => {
             eprintln!("error: {error}");
@@ -181,7 +181,7 @@ fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), CliError
     Ok(())
 }
 
-fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, view: View) {
+fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, view: ViewTransform) {
     let mean = comparison.mean;
     let noise = match (mean.standard_error, mean.source) {
         (None, _) => "noise unknown: a single tile".to_owned(),

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum as _};
 
-use super::args::{InputError, SceneArgs, choose_camera};
+use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
 use crate::accel::Accel;
-use crate::scene::{LightKind, Projection, Scene, SceneFeatures, builtin};
+use crate::device::{Feature, Features};
+use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
 
-/// Say what a scene contains, which features it switches on and what an integrator cannot sample in it.
+/// Options of `halfway info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     #[command(flatten)]
@@ -22,26 +23,6 @@ pub struct InfoArgs {
     /// Say what a model of `halfway train` has learnt, and whether it fits the scene if one is given.
     #[arg(long, value_name = "FILE.model")]
     model: Option<PathBuf>,
-}
-
-/// What a feature costs where it is on; printed beside its name.
-fn cost(feature: &str) -> &'static str {
-    match feature {
-        "lambert_only" => "saves the microfacet code and its table of albedos",
-        "transmission" => "adds refraction to the shading kernel",
-        "rough_transmission" => "adds a microfacet lobe for transmission",
-        "absorption" => "an exponential for each segment inside a volume",
-        "alpha" => "looks up opacity inside the traversal, at every hit of such a surface",
-        "textures" => "look-ups while shading; 4 bytes a texel of memory",
-        "normals" => "12 bytes a vertex",
-        "normal_map" => "28 bytes a vertex, one look-up a surface",
-        "vertex_colors" => "16 bytes a vertex",
-        "uv0" | "uv1" => "8 bytes a vertex",
-        "area_lights" | "punctual_lights" => "one shadow ray a surface, shared by all lights",
-        "environment" => "24 bytes a texel; misses are shaded",
-        "unlit" => "a test a surface",
-        _ => "",
-    }
 }
 
 /// Prints the description.
@@ -71,7 +52,7 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
         learnt(model).iter().for_each(|(name, value)| println!("  {name:<19} {value}"));
         if let Some(mut scene) = scene {
             // As a render would see it.
-            choose_camera(&mut scene, None)?;
+            Viewpoint::default().choose(&mut scene).map_err(InputError::from)?;
             println!("  {:<19} {}", "fits the scene", fit(model, scene.content_hash()));
         }
     }
@@ -82,13 +63,11 @@ fn describe(scene: &Scene) -> Result<(), CliError> {
     let accel = Accel::build(scene)?;
     contents(scene, &accel);
     println!("\nfeatures that the kernels are compiled for:");
-    for (name, on) in SceneFeatures::of(scene).table() {
-        if on {
-            println!("  {name:<19} {}", cost(name));
-        }
-    }
-    let off: Vec<&str> =
-        SceneFeatures::of(scene).table().iter().filter(|(_, on)| !on).map(|(name, _)| *name).collect();
+    let features = Features::from(SceneFeatures::of(scene));
+    let (on, off): (Vec<Feature>, Vec<Feature>) =
+        Feature::of_scenes().partition(|&feature| features.contains(feature));
+    on.iter().for_each(|feature| println!("  {:<19} {}", feature.name(), feature.about()));
+    let off: Vec<&str> = off.into_iter().map(Feature::name).collect();
     println!("  not there, and not compiled: {}", off.join(", "));
     println!("\nthe path integrator:");
     limits(scene).iter().for_each(|line| println!("  {line}"));
@@ -183,7 +162,7 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
         ),
         (
             "learnt for",
-            format!("{} connections, uniform share {}", settings.connections, settings.uniform_share),
+            format!("{} connections, uniform share {}", model.connections, settings.uniform_share),
         ),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]

@@ -8,11 +8,13 @@ mod devices;
 mod error;
 mod exit;
 mod info;
+mod output;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;
 mod render;
 mod strategies;
+mod summary;
 mod text;
 mod trace;
 mod train;
@@ -22,9 +24,23 @@ use clap::{Parser, Subcommand};
 pub use error::CliError;
 pub use exit::Exit;
 
+/// Below the options of `--help`.
+const EXIT_CODES: &str = "\
+Results go to stdout, progress and messages to stderr. Ctrl-C ends the round that runs, writes the picture and says so; a
+second one stops at once.
+
+Exit codes:
+  0    done
+  1    failed, or compared images differ
+  2    wrong usage or bad input
+  3    the budget ended before --error was met
+  4    no usable device
+  5    non-finite values were found; they are counted and left out of the picture
+  130  interrupted; what was rendered is saved";
+
 /// Halfway renders glTF scenes by light transport on Vulkan compute shaders.
 #[derive(Parser)]
-#[command(version, about, max_term_width = 100)]
+#[command(version, about, max_term_width = 100, after_long_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -39,11 +55,19 @@ pub struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to EXR and PNG files.
+    ///
+    /// The first limit of --spp, --time and --error that is met ends the render.
     Render(Box<render::RenderArgs>),
     /// Look at a scene in a window while it renders: move about, switch integrators.
+    ///
+    /// The picture is saved when the window is closed, bit for bit the one that `halfway render` makes of as many samples
+    /// with the same flags.
     #[cfg(feature = "preview")]
     Preview(Box<preview::PreviewArgs>),
     /// Learn where paths of a scene connect, for renders with --integrator spcbpt --model.
+    ///
+    /// Pictures stay unbiased whatever was learnt: it is about noise only. Learn with the camera, --size, --max-depth,
+    /// --roulette-cap and --connections of the render: it learns what they need.
     Train(Box<train::TrainArgs>),
     /// Compare a picture with a reference: error metrics, noise tests, a heat map of where it is wrong.
     Compare(compare::CompareArgs),

@@ -5,21 +5,19 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::args::method::MethodArgs;
-use super::args::picture::{PictureArgs, ViewArgs};
+use super::args::method::{MethodArgs, ModelArgs};
+use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, open_device,
-    read_reference,
+    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, read_reference,
+    say_what_is_missing,
 };
-use super::render::{load_model, say_what_is_missing};
 use super::{CliError, Exit, progress};
-use crate::integrator::{Descriptor, METHODS};
+use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
-/// Look at a scene in a window while it renders: move about, switch integrators, see where it is still noisy. The picture
-/// is saved when the window is closed.
+/// Options of `halfway preview`.
 #[derive(Args, Debug)]
 pub struct PreviewArgs {
     #[command(flatten)]
@@ -28,17 +26,15 @@ pub struct PreviewArgs {
     camera: CameraArgs,
     #[command(flatten)]
     method: MethodArgs,
-    /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
-    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["LearnArgs", "learn", "quality"])]
-    model: Option<PathBuf>,
-    /// Stop at so many samples a pixel (default: never).
+    #[command(flatten)]
+    model: ModelArgs,
+    /// Stop at so many samples per pixel (default: never).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     #[command(flatten)]
     picture: PictureArgs,
-    /// Same seed, same device, same samples: the same picture as `halfway render` makes, bit for bit.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    seed: SeedArgs,
     #[command(flatten)]
     view: ViewArgs,
     /// A picture of the same size to compare with: beside it, and as a map of errors.
@@ -49,7 +45,7 @@ pub struct PreviewArgs {
     output: Option<PathBuf>,
 }
 
-/// With a camera where it has none, as for every render: whoever learns of the scene learns of that one, too.
+/// With a camera where it has none, as for every render: a model of the scene is of that camera, too.
 fn load(source: &SceneArgs, camera: &CameraArgs) -> Result<Arc<Scene>, CliError> {
     let mut scene = source.load()?;
     camera.choose(&mut scene)?;
@@ -74,12 +70,9 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     let mut methods = METHODS.map(Descriptor::default_method);
     methods[slot] = args.method.method()?;
     let training = args.method.training()?;
-    let model = match &args.model {
-        Some(path) => Some(load_model(path, scene.content_hash(), methods[slot])?),
-        None => None,
-    };
+    let model = args.model.load(scene.content_hash(), methods[slot])?;
     progress::install_interrupt();
-    let context = open_device(&args.picture.device, quiet)?;
+    let context = args.picture.device.open(quiet)?;
     let most = context.device.limits().max_texture_dimension_2d;
     if width.max(height) > most {
         return Err(InputError::Usage(format!(
@@ -89,12 +82,13 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     }
     // The window places its camera itself.
     let options = args.picture.options(&scene, 0);
-    let options = RenderOptions { seed: args.seed, model, training, ..options };
+    let view = View { seed: args.seed.seed, ..options.view };
+    let options = RenderOptions { view, model, training, ..options };
     let (source, camera) = (args.scene.clone(), args.camera.clone());
     let settings = Settings {
         context,
         scene,
-        camera: args.camera.clone(),
+        camera: args.camera.viewpoint(),
         loader: Box::new(move || load(&source, &camera).map_err(|error| error.to_string())),
         files: args.scene.files(),
         options,

@@ -62,7 +62,7 @@ pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<TrainingResult, Ren
         let (what, share) = match step {
             TrainingProgress::TrainingPaths(share) => ("training paths", share),
             TrainingProgress::LightPaths(share) => ("light paths", share),
-            // A lesson has just been judged, or is over.
+            // A round has just been judged, or is over.
             TrainingProgress::Round(_) | TrainingProgress::Loss(_) => return interrupted(),
             TrainingProgress::Fitting => ("subspaces and Gamma", 1.0),
         };
@@ -88,7 +88,7 @@ pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// From now on Ctrl-C is heard by [`interrupted`]; a second one ends the process.
+/// From now on Ctrl-C only makes [`interrupted`] true; a second one ends the process.
 pub fn install_interrupt() {
     let handler = || {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {

@@ -5,13 +5,13 @@ use std::path::Path;
 use super::args::InputError;
 use crate::cli::CliError;
 use crate::film::contact_sheet::{self, Frame};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, exr};
 use crate::integrator::{Method, Strategy};
 use crate::render::{RenderOptions, Renderer};
 
 /// Longest paths that get pictures: there are about half as many strategies as the square of the length.
-const LONGEST: u32 = 12;
+pub const LONGEST: u32 = 12;
 
 /// All strategies (s, t) of a method for paths of up to `max_depth` surfaces, by length and then by s.
 ///
@@ -47,14 +47,14 @@ pub fn write(
     options: &RenderOptions,
     strategies: &[[u32; 2]],
     directory: &Path,
-    view: View,
+    view: ViewTransform,
     mut interrupted: impl FnMut() -> bool,
 ) -> Result<(), CliError> {
     std::fs::create_dir_all(directory).map_err(CliError::folder(directory))?;
     for (name, weighted) in [("weighted", true), ("unweighted", false)] {
         let mut pictures: Vec<([u32; 2], Picture)> = Vec::new();
         for &[s, t] in strategies {
-            renderer.restart(options.seed, Some(Strategy { s, t, weighted }))?;
+            renderer.restart(options.view.seed, Some(Strategy { s, t, weighted }))?;
             renderer.run(|_| interrupted())?;
             if interrupted() {
                 return Ok(());

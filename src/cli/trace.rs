@@ -32,7 +32,7 @@ pub struct Trace {
 }
 
 impl TraceArgs {
-    /// Reads the reference of a picture of so many pixels and begins the file. `None` where nobody asked.
+    /// Reads the reference of a picture of so many pixels and begins the file. `None` where none is asked for.
     ///
     /// # Errors
     /// A reference that cannot be read or is of another size; a file that cannot be written.

@@ -6,17 +6,15 @@ use std::time::Instant;
 use clap::Args;
 
 use super::args::method::LearnArgs;
-use super::args::picture::PictureArgs;
-use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output, open_device};
-use super::{CliError, Exit, progress};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt};
-use crate::render::{Prepared, RenderOptions, Report};
+use super::args::picture::{PictureArgs, SeedArgs};
+use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output};
+use super::{CliError, Exit, progress, summary};
+use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt, View};
+use crate::render::{Prepared, RenderOptions};
 use crate::scene::{Scene, SceneFeatures};
-use crate::subspace::TrainingReport;
-use crate::training::{Training, TrainingResult, When};
+use crate::training::{Training, When};
 
-/// Learn which light vertices of a scene are worth a connection, seen by one of its cameras, and keep it in a file for
-/// `halfway render --integrator spcbpt --model FILE`. Whatever was learnt, pictures stay unbiased: it is about noise only.
+/// Options of `halfway train`.
 #[derive(Args, Debug)]
 pub struct TrainArgs {
     #[command(flatten)]
@@ -32,9 +30,8 @@ pub struct TrainArgs {
     picture: PictureArgs,
     #[command(flatten)]
     camera: CameraArgs,
-    /// Same seed, same device: the same model, bit for bit.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    seed: SeedArgs,
     /// Write a report with times, counts and the loss at every step.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -49,7 +46,7 @@ pub struct TrainArgs {
 pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
     check_output(&output)?;
-    let training = args.learn.training(Training::default(), args.connections)?;
+    let training = args.learn.training(Training::default())?;
     let training = Training { when: Some(When::First), ..training };
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
@@ -58,25 +55,23 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     let load_seconds = load_start.elapsed().as_secs_f64();
 
     progress::install_interrupt();
-    let context = open_device(&args.picture.device, quiet)?;
+    let context = args.picture.device.open(quiet)?;
+    let picture = args.picture.options(&scene, camera);
     let options = RenderOptions {
-        seed: args.seed,
+        view: View { seed: args.seed.seed, ..picture.view },
         method: Method::SpcBpt(SpcBpt { connections: args.connections, ..SpcBpt::default() }),
         training,
-        ..args.picture.options(&scene, camera)
+        ..picture
     };
     let mut prepared = Prepared::new(&context, &scene, options)?;
     let trained = progress::learn(&mut prepared, quiet)?;
     trained.model.save(&output)?;
     if let Some(path) = &args.stats {
-        let mut value = stats(&trained, prepared.report());
-        value["device"] = context.describe().into();
-        value["load_seconds"] = load_seconds.into();
-        std::fs::write(path, serde_json::to_string_pretty(&value)?)
-            .map_err(CliError::write("the report", path))?;
+        let stats = summary::training_stats(&trained, prepared.report());
+        summary::write_stats(path, stats, &context, load_seconds)?;
     }
     if !quiet {
-        summary(&trained);
+        summary::trained(&trained);
     }
     println!("{}", output.display());
     Ok(Exit::Done)
@@ -100,56 +95,4 @@ fn check_light(scene: &Scene) -> Result<(), InputError> {
                 .into(),
         )),
     }
-}
-
-fn stats(trained: &TrainingResult, report: &Report) -> serde_json::Value {
-    let model = &trained.model;
-    serde_json::json!({
-        "scene_hash": format!("{:016x}", model.scene_hash),
-        "accel_seconds": report.accel_seconds,
-        "upload_seconds": report.upload_seconds,
-        "pretracing_seconds": report.pretracing_seconds,
-        "preprocessing_seconds": report.preprocessing_seconds,
-        "camera_paths": trained.camera_paths,
-        "round_losses": trained.losses,
-        "choices": trained.choices,
-        "subspaces": model.subspaces,
-        "settings": model.settings,
-        "training": model.report,
-    })
-}
-
-fn summary(trained: &TrainingResult) {
-    let (model, report) = (&trained.model, &trained.model.report);
-    let counts = &report.counts;
-    eprintln!(
-        "learnt in {:.2} s: {:.2} s of tracing, {:.2} s of fitting",
-        (trained.tracing + trained.learning).as_secs_f64(),
-        trained.tracing.as_secs_f64(),
-        trained.learning.as_secs_f64()
-    );
-    eprintln!(
-        "from {} paths with {} connections, found among {} camera paths",
-        counts.paths, counts.nodes, trained.camera_paths
-    );
-    progress::say_choices(&trained.choices);
-    eprintln!(
-        "{} subspaces a side: {} eye and {} light subspaces in use",
-        model.subspaces, counts.learnt_rows, counts.active_columns
-    );
-    if let Some(gain) = held_out_gain(report) {
-        eprintln!(
-            "held-out loss {gain:.3} of the start's, after {} of {} steps, {} learnt from neighbours",
-            report.best_step,
-            report.losses.len().saturating_sub(1),
-            report.losses.get(report.best_step as usize).map_or(0.0, |loss| loss.smoothing)
-        );
-    }
-}
-
-/// The loss on paths that taught nothing, over what it was before the first step.
-pub fn held_out_gain(report: &TrainingReport) -> Option<f64> {
-    let loss = |step: usize| report.losses.get(step)?.held_out;
-    let start = loss(0).filter(|start| *start > 0.0)?;
-    Some(loss(report.best_step as usize)? / start)
 }

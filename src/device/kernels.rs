@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use super::buffer::BufferTable;
 use super::context::Context;
-use super::shader::{Features, Stitched, stitch};
+use super::features::Features;
+use super::shader::{Stitched, stitch};
 use crate::device::DeviceError;
 
 /// A compiled kernel.
@@ -37,7 +38,7 @@ impl Kernel {
     pub fn new(
         context: &Context,
         name: &str,
-        features: &Features,
+        features: Features,
         constants: &[(&str, f64)],
     ) -> Result<Self, DeviceError> {
         Self::from_stitched(context, name, &stitch(name, features)?, constants)

@@ -23,7 +23,7 @@ macro_rules! device_struct {
 
 device_struct! {
     /// A triangle as the traversal reads it. Vertices are sorted by their bit patterns, so that two triangles
-    /// compute a shared edge from the same numbers in the same order (N-05 in docs/test-catalogue.md).
+    /// compute a shared edge from the same numbers in the same order (N-05 in docs/tests.md).
     pub struct Triangle {
         pub v0: [f32; 3],
         /// Material index in the low 24 bits, `TRIANGLE_*` flags above.

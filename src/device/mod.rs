@@ -3,6 +3,7 @@
 pub mod buffer;
 pub mod context;
 mod error;
+pub mod features;
 pub mod kernels;
 pub mod layout;
 pub mod scene;
@@ -14,4 +15,5 @@ mod probe;
 pub use buffer::BufferTable;
 pub use context::{Context, DeviceChoice};
 pub use error::DeviceError;
+pub use features::{Feature, Features};
 pub use kernels::{Bound, Kernel};

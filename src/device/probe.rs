@@ -1,4 +1,4 @@
-//! The start-up check: a driver that cuts long loops short would give wrong pictures without a word (N-01).
+//! The start-up check: a driver that cuts long loops short would give wrong pictures without an error.
 
 use super::buffer::BufferTable;
 use super::context::{Context, DeviceChoice};
@@ -23,7 +23,7 @@ impl Context {
 /// [`DeviceError::CutsLoops`] with the counts found and what to install.
 fn check_loops(context: &Context) -> Result<(), DeviceError> {
     const EXPECTED: [u32; 3] = [200_000, 65_000, 300_000];
-    let kernel = Kernel::new(context, "loop_check", &Default::default(), &[])?;
+    let kernel = Kernel::new(context, "loop_check", Default::default(), &[])?;
     let mut buffers = BufferTable::default();
     buffers.upload(context, "loop_trips", &EXPECTED)?;
     buffers.create(context, "loop_counts", 12)?;

@@ -4,12 +4,13 @@
 //!
 //! * `#import lib/rng` puts the text of `shaders/lib/rng.wgsl` here, the first time only.
 //! * `#if feature`, `#if !feature`, `#else`, `#endif` keep or drop lines. What a scene does not need is gone
-//!   from the text, its bindings too, so the driver never sees it.
+//!   from the text, its bindings too, so the driver never sees it. Features are those of [`Feature`].
 
 use std::collections::BTreeSet;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+use super::features::{Feature, Features};
 use crate::device::DeviceError;
 
 macro_rules! sources {
@@ -99,9 +100,6 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "training_shade",
 ];
 
-/// The features a stitched text is made with; a name that is absent is off.
-pub type Features = BTreeSet<&'static str>;
-
 /// One WGSL text with the origin of each of its lines.
 #[derive(Clone, Debug)]
 pub struct Stitched {
@@ -113,14 +111,17 @@ pub struct Stitched {
 /// Resolves the directives of the file `name` of [`SOURCES`].
 ///
 /// # Errors
-/// An unknown file, or an `#if` without its end.
-pub fn stitch(name: &str, features: &Features) -> Result<Stitched, DeviceError> {
+/// An unknown file, feature or directive, a second `#else`, an `#if` without its end: at their file and line.
+pub fn stitch(name: &str, features: Features) -> Result<Stitched, DeviceError> {
     let text = source(name).ok_or_else(|| DeviceError::UnknownShader { name: name.to_string() })?;
     stitch_text(name, text, features)
 }
 
 /// Resolves the directives of a text that is no file of ours (tests' kernels).
-pub fn stitch_text(name: &str, text: &str, features: &Features) -> Result<Stitched, DeviceError> {
+///
+/// # Errors
+/// As [`stitch`].
+pub fn stitch_text(name: &str, text: &str, features: Features) -> Result<Stitched, DeviceError> {
     let mut stitched = Stitched { code: String::new(), origin: Vec::new() };
     let mut seen = BTreeSet::new();
     append(&mut stitched, &mut seen, name, text, features)?;
@@ -131,34 +132,47 @@ fn source(name: &str) -> Option<&'static str> {
     SOURCES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text)
 }
 
+/// The part of an open `#if` that a line stands in.
+struct Branch {
+    keep: bool,
+    is_else: bool,
+}
+
 fn append(
     out: &mut Stitched,
     seen: &mut BTreeSet<String>,
     file: &str,
     text: &str,
-    features: &Features,
+    features: Features,
 ) -> Result<(), DeviceError> {
     let directive_error = |line: usize, message: &str| DeviceError::Shader {
-        location: format!("{file}.wgsl:{}", line + 1),
+        location: format!("shaders/{file}.wgsl:{}", line + 1),
         message: message.to_string(),
     };
-    // One entry for each open `#if`: is the branch we are in kept?
-    let mut branches: Vec<bool> = Vec::new();
+    let mut branches: Vec<Branch> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let trimmed = line.trim();
         if let Some(condition) = trimmed.strip_prefix("#if ") {
             let condition = condition.trim();
-            let keep = match condition.strip_prefix('!') {
-                Some(name) => !features.contains(name.trim()),
-                None => features.contains(condition),
+            let (name, wanted) = match condition.strip_prefix('!') {
+                Some(name) => (name.trim(), false),
+                None => (condition, true),
             };
-            branches.push(keep);
+            let feature = Feature::find(name).ok_or_else(|| {
+                let message =
+                    format!("unknown feature '{name}'; features are listed in src/device/features.rs");
+                directive_error(number, &message)
+            })?;
+            branches.push(Branch { keep: features.contains(feature) == wanted, is_else: false });
         } else if trimmed == "#else" {
             let branch = branches.last_mut().ok_or_else(|| directive_error(number, "#else without #if"))?;
-            *branch = !*branch;
+            if branch.is_else {
+                return Err(directive_error(number, "second #else of one #if"));
+            }
+            *branch = Branch { keep: !branch.keep, is_else: true };
         } else if trimmed == "#endif" {
             branches.pop().ok_or_else(|| directive_error(number, "#endif without #if"))?;
-        } else if branches.iter().all(|keep| *keep) {
+        } else if branches.iter().all(|branch| branch.keep) {
             if let Some(import) = trimmed.strip_prefix("#import ") {
                 let import = import.trim();
                 if seen.insert(import.to_string()) {

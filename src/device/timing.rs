@@ -1,4 +1,4 @@
-//! Seconds a kernel, by the device's own timestamps.
+//! Seconds per kernel, from the device's own timestamps.
 
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ impl Timing {
         Some(Self { queries, resolved, pending: Vec::new(), totals: BTreeMap::new() })
     }
 
-    /// Where a pass of `kernel` writes its times; `None` when this round's queries are used up (the dispatch then
+    /// Where a pass of `kernel` writes its times; `None` when the queries of this submission are used up (the dispatch then
     /// goes untimed, and counts nowhere).
     pub fn writes(&mut self, kernel: &str) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let first = self.pending.len() as u32 * 2;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::png::{to_byte, write_bytes};
-use super::tonemap::{View, srgb_encode};
+use super::tonemap::{ViewTransform, srgb_encode};
 use super::{Picture, tonemap};
 use crate::film::FilmError;
 
@@ -27,7 +27,7 @@ pub struct Frame<'a> {
 ///
 /// # Errors
 /// [`FilmError::NonFinite`], [`FilmError::Write`].
-pub fn write(path: &Path, title: &str, frames: &[Frame], view: View) -> Result<(), FilmError> {
+pub fn write(path: &Path, title: &str, frames: &[Frame], view: ViewTransform) -> Result<(), FilmError> {
     let [width, height] =
         frames.first().map_or([0, 0], |frame| [frame.picture.width as usize, frame.picture.height as usize]);
     let cell = [width + GAP, height + CAPTION + GAP];
@@ -70,7 +70,7 @@ impl Page {
         }
     }
 
-    fn picture(&mut self, [x, y]: [usize; 2], frame: &Frame, view: tonemap::View) {
+    fn picture(&mut self, [x, y]: [usize; 2], frame: &Frame, view: tonemap::ViewTransform) {
         for (index, &radiance) in frame.picture.rgb.iter().enumerate() {
             let (column, row) = (index % frame.picture.width as usize, index / frame.picture.width as usize);
             let shown = view.display(frame.exposure, radiance).map(|linear| to_byte(srgb_encode(linear)));

@@ -1,12 +1,12 @@
-//! The error of a picture, as its own samples tell.
+//! The error of a picture, estimated from its own samples.
 
 use std::f64::consts::FRAC_2_PI;
 
 use rayon::prelude::*;
 
-/// What is known of a pixel, or of several pixels: sums over them.
+/// Mean and variance of a pixel, or their sums over several pixels.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
+pub(super) struct Moments {
     pub mean: [f64; 3],
     /// Of the mean.
     pub variance: [f64; 3],
@@ -15,7 +15,7 @@ pub(super) struct Known {
     pub pixels: u64,
 }
 
-impl Known {
+impl Moments {
     fn sum<'a>(all: impl Iterator<Item = &'a Self>) -> Self {
         all.fold(Self::default(), |a, b| Self {
             mean: [0, 1, 2].map(|c| a.mean[c] + b.mean[c]),
@@ -36,7 +36,7 @@ impl Known {
     }
 
     /// How likely 9 of these pixels are to find nothing. Light that is found with a relative variance v is found 1 / v
-    /// times, as it were; once for 9 pixels is too rare to say that a place without has none.
+    /// times, as it were; once for 9 pixels is too rare to call a place without any black.
     fn chance_of_none(&self, channel: usize) -> f64 {
         let found = self.mean[channel] * self.mean[channel] / self.variance[channel];
         (1.0 - 9.0 * found / self.pixels as f64).min(0.0).exp()
@@ -45,10 +45,10 @@ impl Known {
 
 /// The expected MAPE of a picture against the truth, with an epsilon of 1 % of its mean; `None` for a black one.
 ///
-/// A pixel that has missed light is too dark and thinks itself sure: so it is asked together with its neighbours. Where
-/// these 3x3 pixels have found no light at all, they are black if the surroundings find so much of it that this is no
-/// chance, and else as wrong as can be.
-pub(super) fn mape(width: usize, pixels: &[Known]) -> Option<f64> {
+/// A pixel that has missed light is too dark, and its variance too small: so it is estimated together with its
+/// neighbours. Where these 3x3 pixels have found no light at all, they are black if the surroundings find so much of it
+/// that this is no accident, and otherwise they count as entirely wrong.
+pub(super) fn mape(width: usize, pixels: &[Moments]) -> Option<f64> {
     let height = pixels.len() / width;
     let total: f64 = pixels.iter().flat_map(|pixel| pixel.mean).sum();
     let epsilon = 0.01 * total / (3 * pixels.len()) as f64;
@@ -63,7 +63,7 @@ pub(super) fn mape(width: usize, pixels: &[Known]) -> Option<f64> {
     let relative = |x: usize, y: usize| -> f64 {
         let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
         let window = near(y, height).flat_map(|y| near(x, width).map(move |x| &pixels[y * width + x]));
-        let window = Known::sum(window);
+        let window = Moments::sum(window);
         let channel = |c: usize| {
             if window.mean[c] > 0.0 {
                 return window.relative_error(c, epsilon);
@@ -85,12 +85,12 @@ pub(super) fn mape(width: usize, pixels: &[Known]) -> Option<f64> {
 }
 
 /// Sums over blocks of 3x3, and how many blocks there are in a row.
-fn blocks(width: usize, cells: &[Known]) -> (usize, Vec<Known>) {
-    let (columns, rows) = (width.div_ceil(3), (cells.len() / width).div_ceil(3));
+fn blocks(width: usize, level: &[Moments]) -> (usize, Vec<Moments>) {
+    let (columns, rows) = (width.div_ceil(3), (level.len() / width).div_ceil(3));
     let block = |index: usize| {
         let (x, y) = (3 * (index % columns), 3 * (index / columns));
-        let lines = y..(y + 3).min(cells.len() / width);
-        Known::sum(lines.flat_map(|y| &cells[y * width + x..y * width + (x + 3).min(width)]))
+        let lines = y..(y + 3).min(level.len() / width);
+        Moments::sum(lines.flat_map(|y| &level[y * width + x..y * width + (x + 3).min(width)]))
     };
     (columns, (0..columns * rows).into_par_iter().map(block).collect())
 }

@@ -1,6 +1,6 @@
 //! How far a picture is from its reference, and whether noise explains it. All sums are `f64`.
 //!
-//! `a` is a value of the picture, `b` of the reference; both are scene-linear unless said otherwise.
+//! `a` is a value of the picture, `b` of the reference; both are scene-linear unless stated otherwise.
 
 use std::f64::consts::FRAC_2_PI;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::Picture;
 use super::flip::mean_flip;
-use super::tonemap::{View, srgb_encode};
+use super::tonemap::{ViewTransform, srgb_encode};
 use crate::film::FilmError;
 
 /// Edge of the tiles whose means are compared, in pixels.
@@ -47,7 +47,7 @@ pub struct Comparison {
     /// As in [`Errors`], with the two below.
     pub mape: f64,
     /// MAPE of the subspace-based bidirectional path tracing paper: mean over pixels of the channels' mean of
-    /// |a - b| / (b + 0.01), at most 10 a pixel.
+    /// |a - b| / (b + 0.01), at most 10 per pixel.
     pub mape_paper: f64,
     /// The same without the limit of 10.
     pub mape_paper_unclamped: f64,
@@ -119,7 +119,7 @@ pub fn non_finite_pixels(picture: &Picture) -> usize {
     picture.rgb.iter().enumerate().filter(|&pixel| is_bad(pixel)).count()
 }
 
-/// Compares a picture with its reference; `view` and `exposure` say how both are looked at for PSNR and FLIP.
+/// Compares a picture with its reference; `view` and `exposure` are how both are displayed for PSNR and FLIP.
 ///
 /// # Errors
 /// [`FilmError::Sizes`], [`FilmError::NonFiniteCompared`], [`FilmError::BlackReference`],
@@ -127,7 +127,7 @@ pub fn non_finite_pixels(picture: &Picture) -> usize {
 pub fn compare(
     picture: &Picture,
     reference: &Picture,
-    view: View,
+    view: ViewTransform,
     exposure: f32,
 ) -> Result<Comparison, FilmError> {
     let Errors { mape, relmse, relmse_trimmed } = errors(picture, reference)?;
@@ -181,7 +181,7 @@ pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, FilmErro
 /// As [`compare`].
 pub fn reference_noise(reference: &Picture) -> Result<Option<ReferenceNoise>, FilmError> {
     let epsilon = check(reference, reference)?;
-    // A single sample says nothing of its variance.
+    // The variance of a single sample is not known.
     let single = |samples: &[f32]| samples.iter().any(|&count| count < 2.0);
     let layers = variance(reference).filter(|_| !reference.channel("samples", "Y").is_some_and(single));
     Ok(layers.map(|layers| {

@@ -1,9 +1,9 @@
-//! PNG: display pictures of 8 bits a channel out, 8 or 16 bits in.
+//! PNG: display pictures of 8 bits per channel out, 8 or 16 bits in.
 
 use std::io::Cursor;
 use std::path::Path;
 
-use super::tonemap::{View, srgb_decode, srgb_encode};
+use super::tonemap::{ViewTransform, srgb_decode, srgb_encode};
 use super::{Picture, write::write_atomic};
 use crate::film::FilmError;
 use crate::picture_file::PictureFileError;
@@ -12,7 +12,7 @@ use crate::picture_file::PictureFileError;
 ///
 /// # Errors
 /// [`FilmError::NonFinite`] when a pixel has no colour, [`FilmError::Write`] when the file cannot be written.
-pub fn write(path: &Path, picture: &Picture, view: View, exposure: f32) -> Result<(), FilmError> {
+pub fn write(path: &Path, picture: &Picture, view: ViewTransform, exposure: f32) -> Result<(), FilmError> {
     let count = picture.rgb.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count();
     if count > 0 {
         return Err(FilmError::NonFinite { path: path.to_owned(), count });
@@ -22,7 +22,7 @@ pub fn write(path: &Path, picture: &Picture, view: View, exposure: f32) -> Resul
 }
 
 /// The sRGB bytes of a radiance.
-pub fn pixel(radiance: [f32; 3], view: View, exposure: f32) -> [u8; 3] {
+pub fn pixel(radiance: [f32; 3], view: ViewTransform, exposure: f32) -> [u8; 3] {
     view.display(exposure, radiance).map(|linear| to_byte(srgb_encode(linear)))
 }
 

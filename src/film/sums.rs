@@ -1,10 +1,10 @@
 //! The host's half of the film: sums in f64, so that no number of samples stalls them (N-18).
 
-use super::estimate::{self, Known};
+use super::estimate::{self, Moments};
 use super::{Layer, Picture};
 
-/// The device's f32 sums are taken over after every so many samples a pixel, counted from the first: the rounding
-/// stays below 1e-5, and the result does not depend on how a render was cut into rounds.
+/// The device's f32 sums are taken over after every so many samples per pixel, counted from the first: the rounding
+/// stays below 1e-5, and the result does not depend on how a render was cut into iterations.
 pub const SAMPLES_A_FLUSH: u32 = 64;
 
 /// A pixel's sums, in device units. Samples come in groups; those of a group depend on each other, groups do not.
@@ -47,7 +47,7 @@ impl FilmSums {
         Self { width, height, pixels, earlier: Vec::new() }
     }
 
-    /// Adds what the device has gathered, one entry a pixel.
+    /// Adds what the device has gathered, one entry per pixel.
     pub fn add(&mut self, taken: impl Iterator<Item = PixelSums>) {
         for (pixel, taken) in self.pixels.iter_mut().zip(taken) {
             for channel in 0..3 {
@@ -61,7 +61,7 @@ impl FilmSums {
     }
 
     /// What comes from now on is taken in another way, with another variance. What there is keeps the weight one, until
-    /// [`weigh_earlier`](Self::weigh_earlier) says otherwise.
+    /// [`weigh_earlier`](Self::weigh_earlier) changes it.
     pub fn settle(&mut self) {
         self.earlier.resize(self.pixels.len(), Earlier::default());
         for (earlier, pixel) in self.earlier.iter_mut().zip(&mut self.pixels) {
@@ -121,17 +121,17 @@ impl FilmSums {
     }
 
     /// Estimated error of the picture: the expected MAPE against the truth, as `compare` has it. `None` before two
-    /// groups of samples a pixel, and of a black picture. Light that no sample anywhere has found is not in it.
+    /// groups of samples per pixel, and of a black picture. Light that no sample anywhere has found is not in it.
     pub fn estimated_error(&self) -> Option<f64> {
-        let known = |pixel: Earlier| {
-            (pixel.groups >= 2).then(|| Known {
+        let moments = |pixel: Earlier| {
+            (pixel.groups >= 2).then(|| Moments {
                 mean: pixel.mean(),
                 variance: [0, 1, 2].map(|channel| pixel.variance_of_mean(channel)),
                 freedom: pixel.groups - 1,
                 pixels: 1,
             })
         };
-        let pixels: Vec<Known> = self.totals().map(known).collect::<Option<_>>()?;
+        let pixels: Vec<Moments> = self.totals().map(moments).collect::<Option<_>>()?;
         estimate::mape(self.width as usize, &pixels)
     }
 }
@@ -156,7 +156,7 @@ impl PixelSums {
     }
 
     /// Estimated variance of the mean of a channel; infinite information is not claimed: 0 only where all groups
-    /// agree, and one group alone says nothing (0 as well, with `samples` telling why).
+    /// agree, and for one group alone, of which nothing is known (`samples` shows which it is).
     pub fn variance(&self, channel: usize) -> f64 {
         if self.groups < 2 {
             return 0.0;
@@ -172,7 +172,7 @@ impl Earlier {
     fn with(&self, pixel: &PixelSums) -> Self {
         let count = pixel.count as f64;
         let variance = |channel: usize| match pixel.groups {
-            // A group alone says nothing about itself: as if the weights were right.
+            // A single group has no variance of its own: as if the weights were right.
             0 | 1 if self.weight > 0.0 => count * self.variance[channel] / self.weight,
             _ => count * count * pixel.variance(channel),
         };

@@ -9,13 +9,13 @@ use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 use super::Picture;
 use crate::film::FilmError;
 
-/// Where tev listens unless told otherwise.
+/// Where tev listens by default.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:14158";
 
 /// How long to wait for a viewer to answer, and for it to take data.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Samples a packet; a viewer shows large pictures as they arrive.
+/// Samples per packet; a viewer shows large pictures as they arrive.
 const PACKET_SAMPLES: usize = 1 << 22;
 
 /// A connection to a running tev.
@@ -30,7 +30,7 @@ impl Viewer {
     /// Connects to `HOST:PORT`.
     ///
     /// # Errors
-    /// [`FilmError::Viewer`] when nobody listens there.
+    /// [`FilmError::Viewer`] when no viewer listens there.
     pub fn connect(address: &str) -> Result<Self, FilmError> {
         let connect = || {
             let mut last = io::Error::from(io::ErrorKind::AddrNotAvailable);

@@ -2,7 +2,7 @@
 
 /// How radiance becomes display colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum View {
+pub enum ViewTransform {
     /// Khronos PBR Neutral: base colours as they are, highlights compressed.
     #[default]
     Neutral,
@@ -12,7 +12,7 @@ pub enum View {
     Agx,
 }
 
-impl View {
+impl ViewTransform {
     /// Linear Rec.709 radiance to linear Rec.709 display light in [0, 1]; `exposure` counts in stops (factor 2).
     pub fn display(self, exposure: f32, radiance: [f32; 3]) -> [f32; 3] {
         let gain = exposure.exp2();

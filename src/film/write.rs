@@ -54,7 +54,7 @@ fn beside(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// A disk that fills up half-way, made from the one device that always says so.
+    /// A disk that fills up half-way, made from the one device that always reports it.
     fn write_until_full(file: &mut File) -> io::Result<()> {
         file.write_all(b"the first half")?;
         File::options().write(true).open("/dev/full")?.write_all(b"the second")

@@ -1,9 +1,11 @@
 //! Integrators: what one iteration dispatches.
 
 pub(crate) mod bidirectional;
+pub mod kernels;
 pub mod method;
 mod path;
 pub mod plan;
+mod view;
 pub(crate) mod wavefront;
 
 use serde::Serialize;
@@ -17,13 +19,11 @@ use crate::subspace::Model;
 pub use bidirectional::settings::{Bdpt, DEFAULT_CONNECTIONS, LightTracing, LvcBpt, MAX_CONNECTIONS, SpcBpt};
 pub use method::{Descriptor, METHODS, Method};
 pub use plan::{LightPaths, Plan, Selector, Weights};
+pub use view::{DEFAULT_ROULETTE_CAP, View};
 pub use wavefront::submission::SubmissionLimit;
 pub use wavefront::{RayCounts, Wavefront};
 
-/// Least probability that a path goes on after a surface, where none is asked for.
-pub const DEFAULT_ROULETTE_CAP: f32 = 0.3;
-
-/// Something that nobody asked for, and why it is so.
+/// What was chosen without being asked for, and why.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
     pub what: &'static str,
@@ -49,17 +49,7 @@ pub struct Strategy {
 /// Settings that every integrator understands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The whole picture, pixels.
-    pub width: u32,
-    pub height: u32,
-    /// The part that is rendered.
-    pub region: Region,
-    /// Paths end after this many surfaces; `None` leaves their end to roulette.
-    pub max_depth: Option<u32>,
-    /// Least probability that a path goes on after a surface.
-    pub roulette_cap: f32,
-    /// The user's seed.
-    pub seed: u64,
+    pub view: View,
     pub method: Method,
     /// Of a bidirectional integrator, show this strategy only.
     pub strategy: Option<Strategy>,
@@ -127,7 +117,7 @@ pub trait Integrator: Send {
     /// As [`render`](Self::render).
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError>;
 
-    /// The subspaces of what one camera ray a pixel meets first, pixel by pixel; `None` where none are learnt. For
+    /// The subspaces of what one camera ray per pixel meets first, pixel by pixel; `None` where none are learnt. For
     /// pictures of them, after the render: it counts rays.
     ///
     /// # Errors

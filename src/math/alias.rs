@@ -42,7 +42,7 @@ impl AliasTable {
         Ok(Self { entries, units })
     }
 
-    /// One entry a slot, to be uploaded as they are.
+    /// One entry per slot, to be uploaded as they are.
     pub fn entries(&self) -> &[AliasEntry] {
         &self.entries
     }

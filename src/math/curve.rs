@@ -13,7 +13,7 @@ pub enum Crossing {
     Measured(f64),
     /// Beyond an end, by no more than [`REACH`].
     Extrapolated(f64),
-    /// Before the first point, which is at this x, nobody knows how far.
+    /// Before the first point, which is at this x, by an unknown distance.
     AtMost(f64),
     /// Not as far as the curve can be continued.
     Never,

@@ -1,4 +1,4 @@
-//! What repeated measurements say, and how surely. None of these takes an empty list.
+//! Figures from repeated measurements, with their confidence. None of these takes an empty list.
 
 use super::rng::{RandomKey, random4};
 
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(median_interval(&values.map(|value| 1e-6 * value)), Some([1e-6 * 2.0, 1e-6 * 8.0]));
     }
 
-    /// The interval of medians of uniform numbers holds one half about as often as it says. The bootstrap of a few
+    /// The interval of medians of uniform numbers holds one half about as often as it claims. The bootstrap of a few
     /// values is known to be a little short of 95 %.
     #[test]
     fn the_bootstrap_covers_what_it_promises() {

@@ -1,4 +1,4 @@
-//! What takes long, on a thread of its own: loading, learning, compiling.
+//! What takes long, on a thread of its own: loading, training, compiling.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
@@ -10,17 +10,17 @@ use crate::scene::{Camera, Scene};
 use crate::training::{TrainingProgress, TrainingResult, WarmStart};
 
 use super::Settings;
-use super::snapshot::Making;
+use super::snapshot::Activity;
 
-/// What comes of it.
+/// What was built.
 pub enum Built {
     Scene(Arc<Scene>, Box<Uploaded>),
     Film(Box<Renderer>, Option<WarmStart>),
-    /// Something was learnt for another view.
+    /// A model for another view.
     Round(Box<TrainingResult>),
 }
 
-/// What it is for.
+/// Which of them is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     Scene,
@@ -28,7 +28,7 @@ pub enum Purpose {
     Round,
 }
 
-/// Why nothing came of it.
+/// Why nothing was built.
 pub enum Failure {
     Stopped,
     /// The scene's file, in words for the user.
@@ -45,10 +45,10 @@ impl<E: Into<RenderError>> From<E> for Failure {
     }
 }
 
-/// Dropped, it ends as soon as it can.
+/// Dropped, it stops, and waits until its thread has ended.
 pub struct Builder {
     pub purpose: Purpose,
-    /// The integrator that it is for, and the view.
+    /// The integrator and the view that it builds for; 0 for a scene.
     pub slot: usize,
     pub view: u64,
     state: Arc<State>,
@@ -56,25 +56,28 @@ pub struct Builder {
     thread: Option<JoinHandle<()>>,
 }
 
+/// What both threads read and write.
 #[derive(Default)]
 struct State {
     stop: AtomicBool,
-    making: Mutex<Making>,
+    activity: Mutex<Activity>,
 }
 
 impl State {
-    fn say(&self, what: &str, share: Option<f32>) {
-        if let Ok(mut making) = self.making.lock() {
-            *making = Making { what: what.to_string(), share };
+    fn set_activity(&self, what: &str, fraction: Option<f32>) {
+        if let Ok(mut activity) = self.activity.lock() {
+            *activity = Activity { what: what.to_string(), fraction };
         }
     }
 
-    /// True where it is to end.
-    fn learning(&self, step: &TrainingProgress) -> bool {
+    /// True where training is to stop.
+    fn training(&self, step: &TrainingProgress) -> bool {
         match step {
-            TrainingProgress::TrainingPaths(share) => self.say("learning: paths", Some(*share as f32)),
-            TrainingProgress::LightPaths(share) => self.say("learning: light paths", Some(*share as f32)),
-            TrainingProgress::Fitting => self.say("learning: subspaces and Gamma", None),
+            TrainingProgress::TrainingPaths(done) => self.set_activity("training: paths", Some(*done as f32)),
+            TrainingProgress::LightPaths(done) => {
+                self.set_activity("training: light paths", Some(*done as f32));
+            }
+            TrainingProgress::Fitting => self.set_activity("training: subspaces and Gamma", None),
             TrainingProgress::Round(_) | TrainingProgress::Loss(_) => {}
         }
         self.stop.load(Ordering::Relaxed)
@@ -82,68 +85,53 @@ impl State {
 }
 
 impl Builder {
-    /// Loads the scene, for the first time or anew.
-    ///
-    /// # Errors
-    /// The system gives no thread.
-    pub fn scene(settings: &Arc<Settings>, again: bool) -> Result<Self, RenderError> {
+    /// Puts the scene on the device; `again`: loads it from its file first.
+    pub fn scene(settings: &Arc<Settings>, again: bool) -> Self {
         let settings = settings.clone();
         Self::spawn(Purpose::Scene, 0, 0, move |state| {
-            state.say("loading the scene", None);
-            let loaded = match again {
+            state.set_activity("loading the scene", None);
+            let scene = match again {
                 true => (settings.loader)().map_err(Failure::Scene)?,
                 false => settings.scene.clone(),
             };
-            state.say("building the BVH", None);
-            let uploaded = Uploaded::new(&settings.context, &loaded, None)?;
-            Ok(Built::Scene(loaded, Box::new(uploaded)))
+            state.set_activity("building the BVH", None);
+            let uploaded = Uploaded::new(&settings.context, &scene, None)?;
+            Ok(Built::Scene(scene, Box::new(uploaded)))
         })
     }
 
-    /// Learns where the integrator has to, and compiles.
-    ///
-    /// # Errors
-    /// The system gives no thread.
-    pub fn film(
-        slot: usize,
-        view: u64,
-        uploaded: &Uploaded,
-        camera: Camera,
-        options: RenderOptions,
-    ) -> Result<Self, RenderError> {
+    /// Trains where the method needs that, and compiles.
+    pub fn film(slot: usize, view: u64, uploaded: &Uploaded, camera: Camera, options: RenderOptions) -> Self {
         let uploaded = uploaded.clone();
         Self::spawn(Purpose::Film, slot, view, move |state| {
             let name = options.method.name();
             let mut prepared = Prepared::of(&uploaded, &camera, options)?;
-            let known = match prepared.learns() {
+            let warm_start = match prepared.learns() {
                 Some(_) => {
-                    state.say("learning", None);
-                    prepared.learn(|step| state.learning(&step))?.known
+                    state.set_activity("training", None);
+                    prepared.learn(|step| state.training(&step))?.warm_start
                 }
                 None => None,
             };
-            state.say(&format!("compiling {name}"), None);
-            Ok(Built::Film(Box::new(prepared.renderer()?), known))
+            state.set_activity(&format!("compiling {name}"), None);
+            Ok(Built::Film(Box::new(prepared.renderer()?), warm_start))
         })
     }
 
-    /// Learns for another view.
-    ///
-    /// # Errors
-    /// The system gives no thread.
-    pub fn lesson(
+    /// Trains for another view.
+    pub fn round(
         slot: usize,
         view: u64,
         uploaded: &Uploaded,
         camera: Camera,
         options: RenderOptions,
-        known: Option<WarmStart>,
-    ) -> Result<Self, RenderError> {
+        warm_start: Option<WarmStart>,
+    ) -> Self {
         let uploaded = uploaded.clone();
         Self::spawn(Purpose::Round, slot, view, move |state| {
-            state.say("learning for this view", None);
-            let mut prepared = Prepared::of(&uploaded, &camera, options)?.after(known);
-            Ok(Built::Round(Box::new(prepared.learn(|step| state.learning(&step))?)))
+            state.set_activity("training for this view", None);
+            let mut prepared = Prepared::of(&uploaded, &camera, options)?.starting_from(warm_start);
+            Ok(Built::Round(Box::new(prepared.learn(|step| state.training(&step))?)))
         })
     }
 
@@ -152,37 +140,41 @@ impl Builder {
         slot: usize,
         view: u64,
         work: impl FnOnce(&State) -> Result<Built, Failure> + Send + 'static,
-    ) -> Result<Self, RenderError> {
+    ) -> Self {
         let state = Arc::new(State::default());
-        let (tell, result) = mpsc::channel();
-        let own = state.clone();
-        let thread = thread::Builder::new()
-            .name("builder".into())
-            .spawn(move || {
-                // Where nobody listens any more, nobody wants it.
-                let _ = tell.send(work(&own));
-            })
-            .map_err(|cause| RenderError::Thread { purpose: "building", cause })?;
-        Ok(Self { purpose, slot, view, state, result, thread: Some(thread) })
+        let (sender, result) = mpsc::channel();
+        let (own_state, own_sender) = (state.clone(), sender.clone());
+        let spawned = thread::Builder::new().name("builder".into()).spawn(move || {
+            // A builder that was dropped has no use for the result.
+            let _ = own_sender.send(work(&own_state));
+        });
+        let thread = match spawned {
+            Ok(thread) => Some(thread),
+            Err(cause) => {
+                let error = RenderError::Thread { purpose: "work in the background", cause };
+                let _ = sender.send(Err(Failure::Render(error)));
+                None
+            }
+        };
+        Self { purpose, slot, view, state, result, thread }
     }
 
-    /// Nobody wants it any more: it ends as soon as it can, and nobody has to wait for that.
+    /// Asks the thread to end as soon as it can, and does not wait for that.
     pub fn stop(&self) {
         self.state.stop.store(true, Ordering::Relaxed);
     }
 
-    /// What it does.
-    pub fn making(&self) -> Making {
-        self.state.making.lock().map(|making| making.clone()).unwrap_or_default()
+    pub fn activity(&self) -> Activity {
+        self.state.activity.lock().map(|activity| activity.clone()).unwrap_or_default()
     }
 
-    /// What came of it, if it is over.
+    /// The result, once, if there is one.
     pub fn take(&self) -> Option<Result<Built, Failure>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                Some(Err(Failure::Render(RenderError::Panicked { what: "building" })))
+                Some(Err(Failure::Render(RenderError::Panicked { what: "work in the background" })))
             }
         }
     }
@@ -192,7 +184,7 @@ impl Drop for Builder {
     fn drop(&mut self) {
         self.stop();
         if let Some(thread) = self.thread.take() {
-            // What it panicked of is on stderr.
+            // The message of a panic is on stderr.
             let _ = thread.join();
         }
     }

@@ -9,26 +9,26 @@ use crate::scene::Scene;
 /// Points beside the divider of a split that take hold of it.
 const GRIP: f32 = 6.0;
 
-/// What is seen.
+/// What is shown.
 pub struct Canvas<'a> {
     pub picture: Option<&'a TextureHandle>,
-    /// In the right part of a split, with what both are.
-    pub beside: Option<(&'a TextureHandle, [String; 2])>,
-    /// In its place, as long as there is none.
+    /// The right side of a split, with the names of both sides.
+    pub beside: Option<(&'a TextureHandle, [&'a str; 2])>,
+    /// Shown in place of the picture, as long as there is none.
     pub waiting: &'a str,
     /// Width over height.
     pub aspect: f32,
 }
 
-/// What was done.
+/// What the pointer and keys did.
 #[derive(Default)]
 pub struct Motion {
     pub moved: bool,
-    /// A button is held that goes on moving.
+    /// A button is held: the camera will move again.
     pub held: bool,
 }
 
-/// Shows the picture as large as there is room, and moves the camera. `divider` is a share of the picture's width.
+/// Shows the picture as large as there is room, and moves the camera. `divider` is a fraction of the picture's width.
 pub fn show(
     ui: &mut Ui,
     canvas: &Canvas,
@@ -68,7 +68,7 @@ pub fn show(
         *divider = (*divider + handle.drag_delta().x / rect.width()).clamp(0.0, 1.0);
         let font = egui::FontId::proportional(13.0);
         for (name, x, align) in
-            [(&names[0], x - 8.0, egui::Align2::RIGHT_TOP), (&names[1], x + 8.0, egui::Align2::LEFT_TOP)]
+            [(names[0], x - 8.0, egui::Align2::RIGHT_TOP), (names[1], x + 8.0, egui::Align2::LEFT_TOP)]
         {
             let place = Pos2::new(x, rect.top() + 6.0);
             painter.text(place + Vec2::splat(1.0), align, name, font.clone(), Color32::BLACK);
@@ -79,7 +79,7 @@ pub fn show(
         return Motion::default();
     }
     if response.drag_started() {
-        // What is in the picture's middle is what one wants to turn about.
+        // The camera turns about what is in the middle of the picture.
         let ahead = navigator.pivot() - navigator.from();
         if let Some(distance) = in_own_threads(|| scene.distance_along(navigator.from(), ahead)) {
             navigator.set_pivot_distance(distance);

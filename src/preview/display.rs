@@ -8,12 +8,13 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::heatmap::{self, VIRIDIS};
-use crate::film::tonemap::View;
+use crate::film::tonemap::ViewTransform;
 use crate::film::{Picture, false_color, png};
+use crate::integrator::FirstSubspaces;
 
 use super::snapshot::Snapshot;
 
-/// Runs parallel work in threads of the window's own: others learn and build with all of rayon's for seconds.
+/// Runs parallel work in threads of the window's own: training and building keep rayon's busy for seconds.
 pub fn in_own_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
     let build = || {
@@ -26,7 +27,7 @@ pub fn in_own_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// What of a picture is seen.
+/// What of a picture is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Show {
     #[default]
@@ -70,25 +71,25 @@ impl Show {
             Self::Samples => "violet none, yellow as many as any pixel has",
             Self::Variance | Self::Error => heatmap::LEGEND,
             Self::EyeSubspaces | Self::LightSubspaces => {
-                "a colour for each subspace; black where a ray meets nothing, or a light"
+                "one colour per subspace; black where a ray meets nothing, or a light"
             }
             Self::NonFinite => "magenta where samples were NaN or infinite, and were left out",
         }
     }
 }
 
-/// How a picture is looked at.
+/// How a picture is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     pub show: Show,
-    pub view: View,
+    pub view: ViewTransform,
     /// Stops.
     pub exposure: f32,
 }
 
 const MAGENTA: [u8; 3] = [255, 0, 255];
 
-/// The snapshot's picture, or what the look asks for in its place; `None` where that is not known (yet).
+/// The snapshot's picture, or what the look shows in its place; `None` where there is no such thing (yet).
 pub fn image(snapshot: &Snapshot, look: &Look, reference: Option<&Picture>) -> Option<ColorImage> {
     let picture = &*snapshot.picture;
     let pixels: Vec<[u8; 3]> = match look.show {
@@ -99,16 +100,15 @@ pub fn image(snapshot: &Snapshot, look: &Look, reference: Option<&Picture>) -> O
             let color = |&count: &f32| heatmap::color(&VIRIDIS, f64::from(count / most));
             samples.par_iter().map(color).collect()
         }
-        // Two groups of samples know how far apart they are.
+        // A variance takes two groups of samples.
         Show::Variance if snapshot.figures.samples < 2 * SAMPLES_A_GROUP => return None,
         Show::Variance => heatmap::colors(&standard_errors(picture)?),
         Show::Error => heatmap::colors(&errors(picture, reference?)?),
         Show::EyeSubspaces | Show::LightSubspaces => {
             let side = usize::from(look.show == Show::LightSubspaces);
             let all = snapshot.subspaces.as_ref()?;
-            let color = |seen: &crate::integrator::FirstSubspaces| {
-                false_color::label_pixel(seen.labels.map(|labels| labels[side]), 1.0)
-            };
+            let color =
+                |seen: &FirstSubspaces| false_color::label_pixel(seen.labels.map(|labels| labels[side]), 1.0);
             all.par_iter().map(color).collect()
         }
         Show::NonFinite => {
@@ -123,7 +123,7 @@ pub fn image(snapshot: &Snapshot, look: &Look, reference: Option<&Picture>) -> O
     to_image(picture.width, picture.height, &pixels)
 }
 
-/// A picture as the look's view and exposure have it.
+/// A picture by the look's view transform and exposure.
 pub fn radiance(picture: &Picture, look: &Look) -> Option<ColorImage> {
     let pixel = |&rgb: &[f32; 3]| match rgb.iter().all(|value| value.is_finite()) {
         true => png::pixel(rgb, look.view, look.exposure),
@@ -136,7 +136,7 @@ pub fn radiance(picture: &Picture, look: &Look) -> Option<ColorImage> {
 fn to_image(width: u32, height: u32, pixels: &[[u8; 3]]) -> Option<ColorImage> {
     let size = [width as usize, height as usize];
     let colors: Vec<Color32> = pixels.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
-    // What was wished for may be of another size than the picture, for a moment.
+    // What was requested may be of another size than the picture, for a moment.
     (!colors.is_empty() && colors.len() == size[0] * size[1]).then(|| ColorImage::new(size, colors))
 }
 
@@ -193,7 +193,7 @@ mod tests {
     }
 
     fn look(show: Show) -> Look {
-        Look { show, view: View::Srgb, exposure: 0.0 }
+        Look { show, view: ViewTransform::Srgb, exposure: 0.0 }
     }
 
     fn pixels(snapshot: &Snapshot, show: Show, reference: Option<&Picture>) -> Option<Vec<[u8; 3]>> {

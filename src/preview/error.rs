@@ -1,13 +1,13 @@
-//! preview
+//! What goes wrong in the preview window.
 
 use thiserror::Error;
 
-use crate::cli::args::InputError;
 use crate::device::DeviceError;
 use crate::fault::Fault;
 use crate::render::RenderError;
+use crate::scene::ViewpointError;
 
-/// The preview window.
+/// See the module.
 #[derive(Debug, Error)]
 pub enum PreviewError {
     #[error(
@@ -24,7 +24,7 @@ pub enum PreviewError {
     #[error("the device was lost ({message}); what was seen last is saved, with the samples that it had")]
     Lost { message: String },
     #[error(transparent)]
-    Input(#[from] InputError),
+    Input(#[from] ViewpointError),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error(transparent)]

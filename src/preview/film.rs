@@ -1,8 +1,11 @@
-//! The film of one integrator: it is kept while another is looked at.
+//! The film of one integrator: it is kept while another is seen.
+
+use std::sync::Arc;
 
 use crate::device::DeviceError;
 use crate::render::{Estimate, RenderError, Renderer};
 use crate::scene::Camera;
+use crate::subspace::Model;
 use crate::training::WarmStart;
 
 /// Points of the curve of errors at most; then every other one is left out.
@@ -14,15 +17,16 @@ const LARGEST_DIVISOR: u32 = 8;
 #[derive(Clone, Debug)]
 pub struct Aim {
     pub camera: Camera,
-    /// Counts up with every change.
+    /// Counts up with every change of the camera.
     pub view: u64,
     /// Of the whole picture, pixels.
     pub size: [u32; 2],
 }
 
+/// A renderer, with what it shows and how long that takes.
 pub struct Film {
     pub renderer: Renderer,
-    /// What it shows; `None` where that is worth nothing.
+    /// The view that it shows; `None`: its samples are of no use.
     view: Option<u64>,
     /// Each side of the picture is divided by this.
     pub divisor: u32,
@@ -30,24 +34,25 @@ pub struct Film {
     /// Seconds and estimated error.
     pub errors: Vec<[f64; 2]>,
     /// Time for one sample of the whole picture.
-    pub seconds_a_sample: Option<f64>,
-    pub known: Option<WarmStart>,
-    /// The view that was learnt for.
-    pub learnt_view: u64,
+    pub seconds_per_sample: Option<f64>,
+    /// For training for another view, where the method trains.
+    pub warm_start: Option<WarmStart>,
+    /// The view that the model was trained for.
+    pub trained_view: u64,
 }
 
 impl Film {
     /// Of a renderer that was made for that view.
-    pub fn new(renderer: Renderer, view: u64, known: Option<WarmStart>) -> Self {
+    pub fn new(renderer: Renderer, view: u64, warm_start: Option<WarmStart>) -> Self {
         Self {
             renderer,
             view: Some(view),
             divisor: 1,
             estimate: Estimate::default(),
             errors: Vec::new(),
-            seconds_a_sample: None,
-            known,
-            learnt_view: view,
+            seconds_per_sample: None,
+            warm_start,
+            trained_view: view,
         }
     }
 
@@ -64,20 +69,23 @@ impl Film {
         self.estimate.error
     }
 
-    /// What is there is no use any more.
+    /// Drops its samples: the next step starts again.
     pub fn forget(&mut self) {
         self.view = None;
     }
 
-    /// What a side has to be divided by for a sample in so many seconds.
+    /// What each side has to be divided by for a sample in so many seconds; `unknown` before the first is measured.
     pub fn divisor_for(&self, seconds: f64, unknown: u32) -> u32 {
-        match self.seconds_a_sample {
+        match self.seconds_per_sample {
             Some(whole) => ((whole / seconds).sqrt().ceil() as u32).clamp(1, LARGEST_DIVISOR),
             None => unknown,
         }
     }
 
-    /// Starts anew where it does not show that view yet, divided by `divisor`.
+    /// Starts again, unless it shows that view already, divided by `divisor`.
+    ///
+    /// # Errors
+    /// A lost device.
     pub fn aim(&mut self, aim: &Aim, divisor: u32) -> Result<(), RenderError> {
         if self.view == Some(aim.view) && self.divisor == divisor {
             return Ok(());
@@ -92,12 +100,15 @@ impl Film {
         Ok(())
     }
 
-    /// Renders for about so many seconds, whole iterations, but no more than `most` samples. A view that nobody wants any
-    /// more is forgotten.
+    /// Renders for about so many seconds, whole iterations, but no more than `most` samples. A step that is abandoned
+    /// drops all samples.
+    ///
+    /// # Errors
+    /// A lost device, a buffer that does not fit.
     pub fn step(&mut self, seconds: f64, most: u32) -> Result<(), RenderError> {
         let at_once = self.renderer.samples_at_once();
         let whole = self.divisor == 1;
-        let samples = match self.seconds_a_sample {
+        let samples = match self.seconds_per_sample {
             _ if !whole => 1,
             Some(one) => ((seconds / one) as u32 / at_once).max(1) * at_once,
             None => at_once,
@@ -113,13 +124,30 @@ impl Film {
         let taken = (self.renderer.elapsed() - before).as_secs_f64() / f64::from(done.max(1));
         let taken = taken * f64::from(self.divisor * self.divisor);
         // Small pictures say little of large ones, and the last steps more than all before.
-        if whole || self.seconds_a_sample.is_none() {
-            self.seconds_a_sample = Some(self.seconds_a_sample.map_or(taken, |old| 0.7 * old + 0.3 * taken));
+        if whole || self.seconds_per_sample.is_none() {
+            self.seconds_per_sample =
+                Some(self.seconds_per_sample.map_or(taken, |old| 0.7 * old + 0.3 * taken));
+        }
+        Ok(())
+    }
+
+    /// Connects using another model from now on. `loss`: that of the new model over that of the old, where it is known;
+    /// earlier samples then weigh by it.
+    ///
+    /// # Errors
+    /// A buffer that does not fit.
+    pub fn use_model(&mut self, model: Arc<Model>, loss: Option<f64>) -> Result<(), RenderError> {
+        self.renderer.connect_by(model)?;
+        if let Some(loss) = loss {
+            self.renderer.weigh_earlier(loss);
         }
         Ok(())
     }
 
     /// Estimates the error, unless that was done a moment ago.
+    ///
+    /// # Errors
+    /// A lost device.
     pub fn estimate(&mut self) -> Result<(), RenderError> {
         if self.view.is_none() || self.divisor != 1 || !self.estimate.is_due() {
             return Ok(());

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-/// The last so many are looked at.
+/// Quantiles are those of the last so many frames.
 const KEPT: usize = 2000;
 
+/// See the module.
 #[derive(Default)]
 pub struct Frames {
     count: u64,
@@ -23,15 +24,15 @@ impl Frames {
         self.worst = self.worst.max(taken);
     }
 
-    /// Which time a share of the last frames takes at most.
-    fn quantile(&self, share: f64) -> Duration {
+    /// The time that a fraction of the last frames takes at most.
+    fn quantile(&self, fraction: f64) -> Duration {
         let mut sorted = self.last.clone();
         sorted.sort_unstable();
-        let place = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+        let place = (fraction * sorted.len().saturating_sub(1) as f64).round() as usize;
         sorted.get(place).copied().unwrap_or_default()
     }
 
-    /// For the panel and for the end.
+    /// One line, for the panel and for the terminal.
     pub fn summary(&self) -> String {
         let ms = |time: Duration| 1e3 * time.as_secs_f64();
         format!(

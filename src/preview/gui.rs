@@ -1,4 +1,4 @@
-//! What draws the window: its surface, and egui on the renderer's device.
+//! Drawing the window: its surface, and egui on the renderer's device.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use super::{Settings, panel};
 use crate::device::Context;
 use crate::preview::PreviewError;
 
-/// What draws.
+/// See the module.
 pub struct Gui {
     pub window: Arc<Window>,
     surface: wgpu::Surface<'static>,
@@ -28,7 +28,7 @@ impl Gui {
         settings: &Settings,
     ) -> Result<Self, PreviewError> {
         let fail = |message: String| PreviewError::Window { message };
-        let [width, height] = [settings.options.width, settings.options.height].map(f64::from);
+        let [width, height] = [settings.options.view.width, settings.options.view.height].map(f64::from);
         // As large as the picture, within what desktops have.
         let scale = (900.0 / width).min(700.0 / height).max(480.0 / width);
         let size = LogicalSize::new(width * scale + f64::from(panel::WIDTH), (height * scale).max(560.0));
@@ -82,7 +82,7 @@ impl Gui {
                 self.window.request_redraw();
                 None
             }
-            // Of a lost device the worker tells.
+            // A lost device is the worker's to report.
             Current::Timeout | Current::Occluded | Current::Lost | Current::Validation => None,
         };
         if let Some(frame) = frame {

@@ -1,4 +1,4 @@
-//! Pictures to files.
+//! Pictures and models to files.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,11 @@ fn with(base: &Path, kind: &str) -> PathBuf {
     name.into()
 }
 
-/// Writes an EXR file with all layers, a PNG file of what the window shows, and what was learnt for it, and returns where.
+/// Writes an EXR file with all layers, a PNG file as the window shows it, and the model where there is one; returns the
+/// paths.
+///
+/// # Errors
+/// A lost device, a file that cannot be written.
 pub fn save(
     settings: &Settings,
     renderer: &mut Renderer,
@@ -38,7 +42,7 @@ pub fn save(
     let mut picture = renderer.picture()?;
     picture.metadata = report.metadata(&Origin {
         method,
-        seed: settings.options.seed,
+        seed: settings.options.view.seed,
         scene_hash: renderer.scene_hash(),
         device: settings.context.describe(),
         command_line: settings.command_line.clone(),
@@ -53,8 +57,15 @@ pub fn save(
     Ok(paths)
 }
 
-/// Writes what was seen last, where there is nothing more: the device is lost, or the camera has moved on.
-pub fn rescue(settings: &Settings, snapshot: &Snapshot, save: &Save) -> Result<Vec<PathBuf>, RenderError> {
+/// Writes a snapshot, where its film is gone: the device is lost, or the camera has moved on.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn save_snapshot(
+    settings: &Settings,
+    snapshot: &Snapshot,
+    save: &Save,
+) -> Result<Vec<PathBuf>, RenderError> {
     let mut picture = (*snapshot.picture).clone();
     picture.metadata = vec![
         ("integrator".into(), Attribute::Text(settings.methods[snapshot.slot].name().into())),

@@ -1,9 +1,9 @@
-//! Files that are looked at now and then: simple, and right on network drives, too.
+//! Checks from time to time whether files have changed: simple, and right on network drives, too.
 
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-/// The scene's files.
+/// See the module.
 pub struct Watch {
     files: Vec<PathBuf>,
     seen: Vec<Option<(SystemTime, u64)>>,
@@ -14,11 +14,12 @@ pub struct Watch {
 impl Watch {
     pub fn new(files: Vec<PathBuf>) -> Self {
         let mut watch = Self { files, seen: Vec::new(), unsettled: false };
-        watch.seen = watch.look();
+        watch.seen = watch.states();
         watch
     }
 
-    fn look(&self) -> Vec<Option<(SystemTime, u64)>> {
+    /// When each was changed, and its size; `None`: it is not there.
+    fn states(&self) -> Vec<Option<(SystemTime, u64)>> {
         let state = |path: &PathBuf| {
             let data = std::fs::metadata(path).ok()?;
             Some((data.modified().ok()?, data.len()))
@@ -26,9 +27,9 @@ impl Watch {
         self.files.iter().map(state).collect()
     }
 
-    /// True once after each change, when the files are all there and have kept still since the last look.
+    /// True once after each change, when all files are there and have not changed since the last call.
     pub fn has_changed(&mut self) -> bool {
-        let now = self.look();
+        let now = self.states();
         let same = now == self.seen;
         let whole = now.iter().all(Option::is_some);
         let changed = self.unsettled && same && whole;
@@ -43,12 +44,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_change_is_told_once_it_is_over() {
+    fn a_change_is_reported_once_it_is_over() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("scene.glb");
         std::fs::write(&file, "one").expect("written");
         let mut watch = Watch::new(vec![file.clone()]);
-        let mut looks = |steps: &[&dyn Fn()]| -> Vec<bool> {
+        let mut changes = |steps: &[&dyn Fn()]| -> Vec<bool> {
             steps
                 .iter()
                 .map(|step| {
@@ -62,16 +63,16 @@ mod tests {
             move || std::fs::write(&file, text).expect("written")
         };
         let nothing = || {};
-        assert_eq!(looks(&[&nothing, &nothing]), [false, false]);
+        assert_eq!(changes(&[&nothing, &nothing]), [false, false]);
         // Growing is not over; keeping still is, once.
         assert_eq!(
-            looks(&[&write("two and"), &write("two and more"), &nothing, &nothing]),
+            changes(&[&write("two and"), &write("two and more"), &nothing, &nothing]),
             [false, false, true, false]
         );
-        // Written anew under the same name, as many programs do: gone for a moment.
+        // Written again under the same name, as many programs do: gone for a moment.
         let remove = || std::fs::remove_file(&file).expect("removed");
         assert_eq!(
-            looks(&[&remove, &nothing, &write("three"), &nothing, &nothing]),
+            changes(&[&remove, &nothing, &write("three"), &nothing, &nothing]),
             [false, false, false, true, false]
         );
     }

@@ -11,22 +11,23 @@ use winit::window::WindowId;
 
 use super::canvas::{self, Canvas};
 use super::controls::Navigator;
-use super::display::{self, Look, Show};
+use super::display::{Look, Show};
 use super::frames::Frames;
 use super::gui::Gui;
 use super::panel::{self, Action, Choices, Split, Status};
 use super::snapshot::Snapshot;
+use super::textures::Textures;
 use super::watch::Watch;
 use super::worker::{Event, Request, Save, Worker};
-use super::{Settings, saving};
-use crate::preview::PreviewError;
+use super::{PreviewError, Settings, saving};
+use crate::integrator::METHODS;
 use crate::scene::Scene;
 
-/// Between two looks at files, at the terminal, and at how far work in the background is.
+/// Time between checks of the scene's files, of interrupts, and of the progress of work in the background.
 const TICK: Duration = Duration::from_millis(250);
-/// A message is seen for so long.
+/// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(8);
-/// After the last movement of a wheel or a key the camera counts as moving for so long.
+/// How long the camera counts as moving after the last movement by a wheel or a key.
 const COASTING: Duration = Duration::from_millis(150);
 
 /// A connection to the desktop.
@@ -50,7 +51,7 @@ impl Display {
     }
 }
 
-/// Shows the window until it is closed, or `interrupted` says so; then saves the picture, and returns what to say.
+/// Shows the window until it is closed or `interrupted` returns true; then saves the picture.
 ///
 /// # Errors
 /// A camera that is not there, a window that does not open, a lost device (after its last picture was saved).
@@ -78,7 +79,7 @@ pub fn run(
         view: 0,
         moving_until: Instant::now(),
         held: false,
-        wish: None,
+        request: None,
         worker: None,
         gui: None,
         textures: Textures::default(),
@@ -91,12 +92,12 @@ pub fn run(
         end: None,
         settings,
     };
-    // The library panics where its window is destroyed by others: what there is to be seen is saved all the same.
+    // The library panics where another program destroys its window: the picture is saved all the same.
     let shown = catch_unwind(AssertUnwindSafe(|| display.0.run_app(&mut app)));
     let problem = match shown {
         Ok(Ok(())) => None,
         Ok(Err(error)) => Some(error.to_string()),
-        Err(_) => Some("it was destroyed by others".into()),
+        Err(_) => Some("another program destroyed it".into()),
     };
     if let Some(message) = problem {
         app.end.get_or_insert(PreviewError::Window { message });
@@ -117,28 +118,20 @@ struct App {
     moving_until: Instant,
     /// A button is held down on the picture.
     held: bool,
-    /// What the worker was told last.
-    wish: Option<Request>,
+    /// What the worker was sent last.
+    request: Option<Request>,
     worker: Option<Worker>,
     gui: Option<Gui>,
     textures: Textures,
     frames: Frames,
     message: Option<(Instant, String)>,
-    /// Which picture was saved last: integrator, view, samples.
+    /// The picture that was saved last: integrator, view, samples.
     saved: Option<(usize, u64, u32)>,
     watch: Watch,
     next_tick: Instant,
-    /// When the interface wants to be drawn again.
+    /// When the interface is to be drawn again.
     next_frame: Option<Instant>,
     end: Option<PreviewError>,
-}
-
-/// Pictures on the device, with what they were made of.
-#[derive(Default)]
-struct Textures {
-    picture: Option<egui::TextureHandle>,
-    beside: Option<egui::TextureHandle>,
-    made_of: Option<(u64, Look, Split)>,
 }
 
 impl ApplicationHandler<Wake> for App {
@@ -159,7 +152,7 @@ impl ApplicationHandler<Wake> for App {
     }
 
     fn user_event(&mut self, events: &ActiveEventLoop, _: Wake) {
-        self.hear(events);
+        self.poll_worker(events);
         self.redraw();
     }
 
@@ -167,7 +160,7 @@ impl ApplicationHandler<Wake> for App {
         if (self.interrupted)() {
             events.exit();
         }
-        // Whatever it was that woke the loop: while it renders, something always does.
+        // Not only after a timeout: while the worker renders, its snapshots wake the loop all the time.
         let now = Instant::now();
         if now >= self.next_tick {
             self.next_tick = now + TICK;
@@ -206,14 +199,14 @@ impl ApplicationHandler<Wake> for App {
 
 impl App {
     fn begin(&mut self) -> Result<(), PreviewError> {
-        let wish = self.wanted();
+        let request = self.next_request();
         let proxy = self.proxy.clone();
-        // A window that is gone hears nothing.
+        // The loop has ended where this fails.
         let notify = move || {
             let _ = proxy.send_event(Wake);
         };
-        self.worker = Some(Worker::new(self.settings.clone(), wish.clone(), notify)?);
-        self.wish = Some(wish);
+        self.worker = Some(Worker::new(self.settings.clone(), request.clone(), notify)?);
+        self.request = Some(request);
         Ok(())
     }
 
@@ -223,27 +216,27 @@ impl App {
         }
     }
 
-    fn say(&mut self, message: String) {
+    fn show_message(&mut self, message: String) {
         self.message = Some((Instant::now(), message));
     }
 
-    /// What happens now and then.
+    /// What is done every [`TICK`].
     fn tick(&mut self) {
         if self.watch.has_changed() {
-            self.say("the scene has changed on disk: it is loaded anew".into());
+            self.show_message("the scene has changed on disk and is loaded again".into());
             if let Some(worker) = &self.worker {
                 worker.reload();
             }
         }
-        self.tell();
+        self.send_request();
         if self.message.as_ref().is_some_and(|(since, _)| since.elapsed() > MESSAGE) {
             self.message = None;
             self.redraw();
         }
     }
 
-    /// Takes what the worker says.
-    fn hear(&mut self, events: &ActiveEventLoop) {
+    /// Handles the events of the worker.
+    fn poll_worker(&mut self, events: &ActiveEventLoop) {
         while let Some(event) = self.worker.as_ref().and_then(Worker::event) {
             match event {
                 Event::Loaded(loaded) => self.take_scene(loaded),
@@ -261,38 +254,38 @@ impl App {
             Event::Saved(saved) => {
                 self.saved = Some((saved.slot, saved.view, saved.samples));
                 let names: Vec<String> = saved.paths.iter().map(|path| path.display().to_string()).collect();
-                let method = self.settings.methods[saved.slot].name();
+                let method = METHODS[saved.slot].name;
                 names.iter().for_each(|name| println!("{name}"));
                 eprintln!("saved: {method}, {} spp", saved.samples);
-                self.say(format!("saved: {method}, {} spp: {}", saved.samples, names.join(", ")));
+                self.show_message(format!("saved: {method}, {} spp: {}", saved.samples, names.join(", ")));
             }
             Event::Failed(message) => {
                 eprintln!("error: {message}");
-                self.say(message);
+                self.show_message(message);
             }
             Event::Loaded(_) | Event::Lost(_) => {}
         }
     }
 
-    /// Looks at a scene that was loaded anew from where one looked at the last.
+    /// Shows a scene that was loaded again, by the camera of before where it still has that.
     fn take_scene(&mut self, loaded: Arc<Scene>) {
         if Arc::ptr_eq(&loaded, &self.scene) {
             return;
         }
-        let same = Navigator::new(&loaded, &self.navigator.args());
+        let same = Navigator::new(&loaded, &self.navigator.viewpoint());
         match same.or_else(|_| Navigator::new(&loaded, &self.settings.camera)) {
             Ok(navigator) => self.navigator = navigator,
-            Err(error) => self.say(error.to_string()),
+            Err(error) => self.show_message(error.to_string()),
         }
-        log::info!("{} is loaded anew", loaded.name);
+        log::info!("{} was loaded again", loaded.name);
         self.scene = loaded;
         self.saved = None;
-        self.tell();
+        self.send_request();
     }
 
-    fn wanted(&mut self) -> Request {
+    fn next_request(&mut self) -> Request {
         let camera = self.navigator.camera();
-        if self.wish.as_ref().is_some_and(|wish| wish.camera != camera) {
+        if self.request.as_ref().is_some_and(|last| last.camera != camera) {
             self.view += 1;
         }
         Request {
@@ -312,23 +305,25 @@ impl App {
         }
     }
 
-    /// Tells the worker what is wanted, where that has changed.
-    fn tell(&mut self) {
-        let wish = self.wanted();
+    /// Sends the worker a request, where it has changed.
+    fn send_request(&mut self) {
+        let request = self.next_request();
         let Some(worker) = &self.worker else { return };
-        let moved = self.wish.as_ref().is_some_and(|old| old.view != wish.view);
-        if self.wish.as_ref() != Some(&wish) {
-            worker.wish(wish.clone(), moved);
-            self.wish = Some(wish);
+        let moved = self.request.as_ref().is_some_and(|last| last.view != request.view);
+        if self.request.as_ref() != Some(&request) {
+            worker.request(request.clone(), moved);
+            self.request = Some(request);
         }
     }
 
     fn frame(&mut self, events: &ActiveEventLoop) {
         let start = Instant::now();
-        self.hear(events);
+        self.poll_worker(events);
         let (Some(mut gui), Some(worker)) = (self.gui.take(), &self.worker) else { return };
         let snapshot = worker.snapshot();
-        self.update_textures(&gui, &snapshot);
+        let reference = self.settings.reference.as_ref();
+        let Choices { look, split, .. } = self.choices;
+        self.textures.update(&gui.context, &snapshot, look, split, reference);
         let input = gui.input.take_egui_input(&gui.window);
         let context = gui.context.clone();
         let mut actions = Vec::new();
@@ -336,7 +331,7 @@ impl App {
         for action in actions {
             self.act(events, &gui, action);
         }
-        self.tell();
+        self.send_request();
         let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
         self.next_frame = delay.and_then(|delay| Instant::now().checked_add(delay));
         if delay == Some(Duration::ZERO) {
@@ -363,19 +358,18 @@ impl App {
             let shown = panel.show(ui, |ui| panel::show(ui, &status, &mut self.choices));
             actions.extend(shown.inner);
         }
-        let names = settings.methods.map(|method| method.name());
         let beside = self.textures.beside.as_ref().filter(|_| snapshot.view == self.view);
         let canvas = Canvas {
             picture: self.textures.picture.as_ref(),
-            waiting: snapshot.figures.making.as_ref().map_or("", |making| making.what.as_str()),
+            waiting: snapshot.figures.activity.as_ref().map_or("", |activity| activity.what.as_str()),
             beside: beside.map(|texture| {
                 let name = match self.choices.split {
-                    Split::Slot(slot) => names[slot],
+                    Split::Slot(slot) => METHODS[slot].name,
                     Split::None | Split::Reference => "reference",
                 };
-                (texture, [names[snapshot.slot].to_string(), name.to_string()])
+                (texture, [METHODS[snapshot.slot].name, name])
             }),
-            aspect: settings.options.width as f32 / settings.options.height as f32,
+            aspect: settings.options.view.width as f32 / settings.options.view.height as f32,
         };
         let (navigator, divider) = (&mut self.navigator, &mut self.divider);
         let scene = &self.scene;
@@ -406,11 +400,11 @@ impl App {
                 let flags = self.navigator.flags();
                 gui.context.copy_text(flags.clone());
                 println!("{flags}");
-                self.say(format!("copied: {flags}"));
+                self.show_message(format!("copied: {flags}"));
             }
             Action::FrameAll => {
                 let options = &self.settings.options;
-                self.navigator.frame_all(f64::from(options.width) / f64::from(options.height));
+                self.navigator.frame_all(f64::from(options.view.width) / f64::from(options.view.height));
             }
             Action::ResetCamera => self.navigator.reset(),
         }
@@ -424,48 +418,12 @@ impl App {
         }
     }
 
-    fn update_textures(&mut self, gui: &Gui, snapshot: &Snapshot) {
-        let made_of = (snapshot.number, self.choices.look, self.choices.split);
-        if self.textures.made_of == Some(made_of) || snapshot.picture.rgb.is_empty() {
-            return;
-        }
-        let look = &self.choices.look;
-        let reference = self.settings.reference.as_ref();
-        let shown = || {
-            display::image(snapshot, look, reference).or_else(|| display::radiance(&snapshot.picture, look))
-        };
-        let image = display::in_own_threads(shown);
-        let beside = match self.choices.split {
-            Split::None => None,
-            Split::Reference => reference.and_then(|picture| display::radiance(picture, look)),
-            Split::Slot(slot) => {
-                let beside = snapshot.beside.as_ref().filter(|(other, _)| *other == slot);
-                beside.and_then(|(_, picture)| display::radiance(picture, look))
-            }
-        };
-        let textures = &mut self.textures;
-        for (texture, image, name) in
-            [(&mut textures.picture, image, "picture"), (&mut textures.beside, beside, "beside")]
-        {
-            let options = egui::TextureOptions {
-                magnification: egui::TextureFilter::Nearest,
-                ..egui::TextureOptions::LINEAR
-            };
-            match (texture.as_mut(), image) {
-                (Some(texture), Some(image)) => texture.set(image, options),
-                (None, Some(image)) => *texture = Some(gui.context.load_texture(name, image, options)),
-                (_, None) => *texture = None,
-            }
-        }
-        textures.made_of = Some(made_of);
-    }
-
-    /// Saves what is not saved yet, and says how it went.
+    /// Saves the picture unless it is saved already.
     fn close(mut self) -> Result<(), PreviewError> {
         let Some(worker) = self.worker.take() else {
             return Err(self.end.unwrap_or(PreviewError::NeverOpened));
         };
-        // The window goes first: nobody has to look at one that does not answer.
+        // The window is closed first: it no longer answers.
         let save = self.save();
         self.gui = None;
         let snapshot = worker.snapshot();
@@ -481,9 +439,9 @@ impl App {
                 event => self.report(event),
             }
         }
-        // A device that is lost cannot be asked for its picture any more: what was seen last is still here.
+        // A lost device has no picture any more: the last snapshot is saved in its place.
         if unsaved && self.saved == before {
-            for path in saving::rescue(&self.settings, &snapshot, &save)? {
+            for path in saving::save_snapshot(&self.settings, &snapshot, &save)? {
                 println!("{}", path.display());
             }
         }

@@ -15,12 +15,12 @@ impl Renderer {
     /// Hears what was learnt in the meantime. Samples weigh by the inverse of their model's loss: the variance of a
     /// path's estimate is that loss, less the same for all models. What is known of losses is from paths that are in no
     /// picture, so that weights do not depend on what they weigh.
-    pub(super) fn hear(&mut self) -> Result<(), RenderError> {
+    pub(super) fn poll_training(&mut self) -> Result<(), RenderError> {
         while let Some(learning) = &self.learning {
             if self.samples < self.next_round || !self.samples.is_multiple_of(SAMPLES_A_GROUP) {
                 break;
             }
-            match learning.hear()? {
+            match learning.poll()? {
                 None => break,
                 Some(TrainingEvent::Round(model)) => {
                     self.connect_by(model)?;

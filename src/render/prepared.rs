@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use super::meanwhile::SAMPLES_PER_ROUND;
-use super::{Budget, RenderOptions, Renderer, Report, Stop};
+use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
+use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
-use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, RayCounts, Settings, integrator};
@@ -53,7 +53,7 @@ impl Uploaded {
 
     /// There is something to sample as a light.
     pub fn has_lights(&self) -> bool {
-        self.scene.light_count > 0
+        !self.scene.lights.is_empty()
     }
 }
 
@@ -65,7 +65,8 @@ pub struct Prepared {
     scene: DeviceScene,
     camera: Camera,
     settings: Settings,
-    known: Option<WarmStart>,
+    warm_start: Option<WarmStart>,
+    learning_time: LearningTime,
     report: Report,
 }
 
@@ -79,7 +80,7 @@ impl Prepared {
             .cameras
             .get(options.camera)
             .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
-        check_region(&options.region(), options.width, options.height)?;
+        check_region(&options.view.region(), options.view.width, options.view.height)?;
         Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)
     }
 
@@ -92,16 +93,11 @@ impl Prepared {
         camera: &scene::Camera,
         options: RenderOptions,
     ) -> Result<Self, RenderError> {
-        let region = options.region();
-        check_region(&region, options.width, options.height)?;
+        let region = options.view.region();
+        check_region(&region, options.view.width, options.view.height)?;
         let device_scene = &uploaded.scene;
         let settings = Settings {
-            width: options.width,
-            height: options.height,
-            region,
-            max_depth: options.max_depth,
-            roulette_cap: options.roulette_cap,
-            seed: options.seed,
+            view: options.view,
             method: options.method,
             strategy: options.strategy,
             first_hit: options.first_hit_layers,
@@ -125,7 +121,7 @@ impl Prepared {
             non_finite: 0,
             triangles: uploaded.triangles,
             dropped_triangles: uploaded.dropped_triangles,
-            lights: device_scene.light_count,
+            lights: device_scene.lights.len(),
             features: device_scene.features,
             memory: Vec::new(),
             kernels: Default::default(),
@@ -133,10 +129,11 @@ impl Prepared {
         Ok(Self {
             context: uploaded.context.clone(),
             scene_hash: uploaded.hash,
-            camera: Camera::new(&device_scene.unit, camera, options.width, options.height),
+            camera: Camera::new(&device_scene.unit, camera, options.view.width, options.view.height),
             scene: device_scene.clone(),
             settings,
-            known: None,
+            warm_start: None,
+            learning_time: LearningTime::default(),
             report,
             options,
         })
@@ -145,12 +142,13 @@ impl Prepared {
     /// The method connects by what it has learnt, there is light to learn from, and no model is there yet: when that
     /// will be made.
     pub fn learns(&self) -> Option<When> {
-        let learns =
-            self.options.method.plan().learns() && self.options.model.is_none() && self.scene.light_count > 0;
+        let learns = self.options.method.plan().learns()
+            && self.options.model.is_none()
+            && !self.scene.lights.is_empty();
         learns.then(|| self.options.training.when.unwrap_or(self.suitable().0))
     }
 
-    /// When to learn where nobody says it, and why.
+    /// When to learn unless the options say so, and why.
     fn suitable(&self) -> (When, &'static str) {
         if self.options.training.paths.is_some() {
             (When::First, "as published")
@@ -163,17 +161,22 @@ impl Prepared {
         }
     }
 
+    /// Time of learning so far.
+    pub fn learning_time(&self) -> LearningTime {
+        self.learning_time
+    }
+
     /// What was done so far.
     pub fn report(&self) -> &Report {
         &self.report
     }
 
     /// Learns with what is known of the scene, however it was seen.
-    pub fn after(self, known: Option<WarmStart>) -> Self {
-        Self { known, ..self }
+    pub fn starting_from(self, warm_start: Option<WarmStart>) -> Self {
+        Self { warm_start, ..self }
     }
 
-    /// Learns what the render then connects by; until `interrupted` says so, which is asked several times a second.
+    /// Learns what the render then connects by; until `interrupted` says so, which is asked several times per second.
     ///
     /// # Errors
     /// A lost device, no light to learn from, [`RenderError::Interrupted`].
@@ -181,9 +184,9 @@ impl Prepared {
         &mut self,
         interrupted: impl FnMut(TrainingProgress) -> bool,
     ) -> Result<TrainingResult, RenderError> {
-        let trained = train(&self.lesson()?, interrupted)?;
-        self.report.pretracing_seconds = trained.tracing.as_secs_f64();
-        self.report.preprocessing_seconds = (trained.tracing + trained.learning).as_secs_f64();
+        let trained = train(&self.task(), interrupted)?;
+        self.learning_time =
+            LearningTime { tracing: trained.tracing, total: trained.tracing + trained.learning };
         self.report.round_losses = trained.losses.clone();
         self.say_when(When::First);
         self.report.choices.extend(trained.choices.clone());
@@ -191,11 +194,11 @@ impl Prepared {
         Ok(trained)
     }
 
-    /// Makes ready to learn while rendering; until there are lessons, connections choose by power.
+    /// Makes ready to learn while rendering; until there are rounds, connections choose by power.
     fn begin_to_learn(&mut self) -> Result<PreparedTrainer, RenderError> {
-        let beginning = PreparedTrainer::new(self.lesson()?)?;
-        self.report.pretracing_seconds = beginning.elapsed().as_secs_f64();
-        self.report.preprocessing_seconds = self.report.pretracing_seconds;
+        let beginning = PreparedTrainer::new(self.task())?;
+        let elapsed = beginning.elapsed();
+        self.learning_time = LearningTime { tracing: elapsed, total: elapsed };
         self.say_when(When::Meanwhile);
         self.options.model = Some(beginning.model().clone());
         Ok(beginning)
@@ -208,23 +211,23 @@ impl Prepared {
     }
 
     /// With what is known of the render to come.
-    fn lesson(&self) -> Result<TrainingTask, DeviceError> {
+    fn task(&self) -> TrainingTask {
         let Budget { samples, time, .. } = self.options.budget;
-        let pixels = u64::from(self.settings.region.pixels());
+        let pixels = u64::from(self.settings.view.region().pixels());
         let training = Training {
             render_paths: samples.map(|samples| u64::from(samples) * pixels),
-            render_time: time,
+            render_time: time.map(TimeLimit::duration),
             ..self.options.training.clone()
         };
-        let lesson = TrainingTask::new(
+        let task = TrainingTask::new(
             &self.context,
             &self.scene,
             &self.camera,
             self.settings,
             self.scene_hash,
             &training,
-        )?;
-        Ok(lesson.after(self.known.clone()))
+        );
+        task.starting_from(self.warm_start.clone())
     }
 
     /// Compiles all that the render needs; learns first where it has to.
@@ -240,7 +243,8 @@ impl Prepared {
             Some(When::Meanwhile) => course = Some(self.begin_to_learn()?),
             None => {}
         }
-        let Self { context, scene_hash, options, scene, camera, settings, mut report, .. } = self;
+        let Self { context, scene_hash, options, scene, camera, settings, learning_time, mut report, .. } =
+            self;
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
@@ -251,18 +255,19 @@ impl Prepared {
         report.choices.extend(integrator.choices());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
-        report.compile_seconds = (wavefront.compile_time + warm_up.elapsed()).as_secs_f64();
+        report.compile_seconds = (wavefront.compile_time() + warm_up.elapsed()).as_secs_f64();
         Ok(Renderer {
             context,
             scene_hash,
             model,
             integrator,
-            sums: FilmSums::new(settings.region.width, settings.region.height),
+            sums: FilmSums::new(settings.view.region().width, settings.view.region().height),
             learning: course.map(PreparedTrainer::start).transpose()?,
             next_round: SAMPLES_PER_ROUND,
             first_hits: None,
             samples: 0,
             elapsed: Duration::ZERO,
+            learning_time,
             radiance_scale,
             unit,
             report,

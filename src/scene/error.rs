@@ -69,3 +69,48 @@ impl SceneError {
         Self::Invalid { at: at.into(), code, detail: detail.into() }
     }
 }
+
+/// A camera that the scene does not have, or that cannot be moved as asked for.
+#[derive(Debug, Error)]
+pub enum ViewpointError {
+    #[error("--camera {wanted}: the scene has no camera; leave the option out to have one placed")]
+    NoCamera { wanted: String },
+    /// `list`: the number and name of each that there is.
+    #[error("no camera {wanted}; the scene has: {list}")]
+    UnknownCamera { wanted: String, list: String },
+    #[error(
+        "--fov is for perspective cameras, and '{camera}' is orthographic; give --ortho-height, or another --camera"
+    )]
+    NotPerspective { camera: String },
+    #[error(
+        "--ortho-height is for orthographic cameras, and '{camera}' is perspective; give --fov, or another --camera"
+    )]
+    NotOrthographic { camera: String },
+    #[error("--fov {degrees}: give degrees above 0 and below 180, such as 40")]
+    FieldOfView { degrees: f64 },
+    #[error("--ortho-height {height}: give a positive height in scene units, such as 2.5")]
+    Height { height: f64 },
+    #[error("--look-from and --look-at are the same point; move one of them")]
+    SamePoint,
+    /// Points and directions as `X,Y,Z`.
+    #[error(
+        "no picture has {up} upright when it looks from {from} at {at}; give another direction by --look-up"
+    )]
+    NoUpright { up: String, from: String, at: String },
+}
+
+impl ViewpointError {
+    /// Whose fault it is.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::NoCamera { .. }
+            | Self::UnknownCamera { .. }
+            | Self::NotPerspective { .. }
+            | Self::NotOrthographic { .. }
+            | Self::FieldOfView { .. }
+            | Self::Height { .. }
+            | Self::SamePoint
+            | Self::NoUpright { .. } => Fault::Input,
+        }
+    }
+}

@@ -1,13 +1,13 @@
-//! What a scene requires of the kernels: a pure function of the scene. What is false here is not in the shader
-//! text, has no buffer and costs nothing.
+//! What a scene requires of the kernels: a pure function of the scene. What is false here is not in the text of a kernel,
+//! has no buffer and costs nothing. `device::features` says what each switch costs.
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::{AlphaMode, Material, Scene, TextureRef};
+use super::{AlphaMode, Material, Mesh, Scene, TextureRef};
 
-/// One switch for each part of the kernels that a scene may do without. The names are those of the `#if` lines.
+/// One switch for each part of the kernels that a scene may do without.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SceneFeatures {
     /// Every surface scatters by Lambert's law alone: no microfacets, no table of their albedo.
@@ -27,7 +27,7 @@ pub struct SceneFeatures {
     pub vertex_colors: bool,
     pub uv0: bool,
     pub uv1: bool,
-    /// Surfaces that emit.
+    /// Surfaces that emit, of some area.
     pub area_lights: bool,
     /// Unlit surfaces, which emit their base colour.
     pub unlit: bool,
@@ -58,46 +58,26 @@ impl SceneFeatures {
             vertex_colors: scene.meshes.iter().any(|mesh| mesh.colors.is_some()),
             uv0: slots.iter().any(|slot| slot.uv_set == 0),
             uv1: slots.iter().any(|slot| slot.uv_set == 1),
-            area_lights: any(|m| m.emission.max_element() > 0.0 || m.unlit),
+            area_lights: scene.meshes.iter().any(|mesh| emits(scene, mesh)),
             unlit: any(|m| m.unlit),
             punctual_lights: !scene.lights.is_empty(),
             environment: scene.environment.is_some(),
         }
     }
 
-    /// Name and value of every switch, in the order of their declaration.
-    pub fn table(&self) -> Vec<(&'static str, bool)> {
-        vec![
-            ("lambert_only", self.lambert_only),
-            ("transmission", self.transmission),
-            ("rough_transmission", self.rough_transmission),
-            ("absorption", self.absorption),
-            ("alpha", self.alpha),
-            ("textures", self.textures),
-            ("normals", self.normals),
-            ("normal_map", self.normal_map),
-            ("vertex_colors", self.vertex_colors),
-            ("uv0", self.uv0),
-            ("uv1", self.uv1),
-            ("area_lights", self.area_lights),
-            ("unlit", self.unlit),
-            ("punctual_lights", self.punctual_lights),
-            ("environment", self.environment),
-        ]
-    }
-
-    /// The switches that are on.
-    pub fn names(&self) -> BTreeSet<&'static str> {
-        self.table().into_iter().filter(|(_, on)| *on).map(|(name, _)| name).collect()
-    }
-
-    /// Vertices carry more than positions.
-    pub fn attributes(&self) -> bool {
-        self.normals || self.normal_map || self.vertex_colors || self.uv0 || self.uv1
-    }
-
     /// Something in the scene can be sampled as a light.
     pub fn lights(&self) -> bool {
         self.area_lights || self.punctual_lights || self.environment
     }
+}
+
+/// The mesh sends out light. What has no area sends out none.
+fn emits(scene: &Scene, mesh: &Mesh) -> bool {
+    let material = &scene.materials[mesh.material as usize];
+    let radiance = if material.unlit { material.base_color } else { material.emission };
+    let has_area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+        (b - a).cross(c - a).length() > 0.0
+    };
+    radiance.max_element() > 0.0 && mesh.triangles.iter().any(has_area)
 }

@@ -4,7 +4,7 @@ use glam::{Affine2, Vec3};
 
 use crate::math::ggx_albedo::MIN_ALPHA;
 
-/// Factors and textures of a material; each factor multiplies its texture and the vertex colour where glTF says so.
+/// Factors and textures of a material; each factor multiplies its texture and the vertex colour where glTF asks for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     pub name: String,
@@ -117,7 +117,7 @@ impl Material {
         .flatten()
     }
 
-    /// True where the surface only scatters by Lambert's law, whatever its textures say.
+    /// True where the surface only scatters by Lambert's law, whatever its textures hold.
     pub fn is_lambert(&self) -> bool {
         self.metallic == 0.0 && self.specular == 0.0 && self.transmission == 0.0
     }

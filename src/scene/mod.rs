@@ -1,4 +1,4 @@
-//! The scene as plain data: what a glTF file says, flattened to world space, before anything is built from it.
+//! The scene as plain data: what a glTF file holds, flattened to world space, before anything is built from it.
 //!
 //! Units are the file's own (metres by convention). Positions are `f64`, so that a scene far from its origin
 //! loses nothing before it is recentred. Colours are linear Rec.709. A triangle's front is the side from which
@@ -18,19 +18,21 @@ mod light;
 mod material;
 mod pick;
 mod texture;
+mod viewpoint;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 pub use bounds::Bounds;
 pub use camera::{Camera, Pose, Projection};
 pub use environment::{Environment, EqualAreaMap};
-pub use error::SceneError;
+pub use error::{SceneError, ViewpointError};
 pub use features::SceneFeatures;
 pub use light::{LightKind, PunctualLight};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use texture::{Filter, Image, Texture, Wrap};
+pub use viewpoint::{Viewpoint, moved_name};
 
-/// Everything a picture is made from. No invariants beyond those said at the fields; every index is in range.
+/// Everything a picture is made from. No invariants beyond those stated at the fields; every index is in range.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// The file's stem, or the name of a built-in scene.
@@ -61,7 +63,7 @@ pub struct Mesh {
     /// Index into [`Scene::materials`].
     pub material: u32,
     pub positions: Vec<DVec3>,
-    /// Unit shading normals, one a vertex; `None` means flat shading.
+    /// Unit shading normals, one per vertex; `None` means flat shading.
     pub normals: Option<Vec<Vec3>>,
     /// Unit tangents with the sign of the bitangent in `w`; present wherever the material has a normal map.
     pub tangents: Option<Vec<Vec4>>,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{Mesh, Scene};
 
-/// Triangles that one task looks at.
+/// Triangles per task.
 const CHUNK: usize = 1 << 14;
 
 impl Scene {

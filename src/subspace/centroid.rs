@@ -1,6 +1,5 @@
 //! Centroids of the subspaces: training vertices drawn in proportion to what their paths contribute, and the nearest
-//! of them to a vertex: Su, Li and Wang, SPCBPT, SIGGRAPH 2022. Drawn systematically, a centroid whenever the running
-//! weight passes the next equal part of the total, as in the authors' public code (SPCBPT-OptiX7).
+//! of them to a vertex.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,7 +7,7 @@ use rayon::prelude::*;
 use super::training::Feature;
 use crate::math::rng::{RandomKey, random4, seed_key};
 
-/// Lanes of the search: as many as vector units like.
+/// Lanes of the search: the width of common vector units.
 const LANES: usize = 8;
 
 /// Squared distance d_s^2 + s2 (1 - cos_n) + k_d s2 (1 - cos_d), and the centroids it is taken to.
@@ -66,7 +65,7 @@ impl Centroids {
             .collect();
         Self {
             features,
-            // A scene seen at one point only is told apart by its normals all the same.
+            // A scene seen at one point only is still classified by its normals.
             normal_scale: variance.max(f32::MIN_POSITIVE),
             direction_scale: direction_weight * variance.max(f32::MIN_POSITIVE),
             lanes,

@@ -56,7 +56,7 @@ impl Model {
     /// Reads a model of any scene.
     ///
     /// # Errors
-    /// A file that cannot be read, is none of ours, of another version, cut off or damaged.
+    /// A file that cannot be read, is no model, is of another version, cut off or damaged.
     pub fn read(path: &Path) -> Result<Self, SubspaceError> {
         let at = || path.to_owned();
         let bytes = std::fs::read(path).map_err(|cause| SubspaceError::Read { path: at(), cause })?;
@@ -126,8 +126,8 @@ fn encode(model: &Model) -> Vec<u8> {
     out.f64s(&[s.source_share, f64::from(s.direction_weight), s.tree_stop, s.uniform_share, s.held_out]);
     // No share is negative.
     out.f64(s.smoothing.unwrap_or(-1.0));
-    out.u32s(&[s.tree_depth, s.tree_samples, s.connections, s.optimiser as u32, s.max_steps]);
-    out.u64(s.seed);
+    out.u32s(&[s.tree_depth, s.tree_samples, model.connections, s.optimiser as u32, s.max_steps]);
+    out.u64(model.seed);
     out.u32(model.subspaces);
     for tree in [&model.eye_tree, &model.light_tree] {
         out.u32(tree.nodes().len() as u32);
@@ -157,7 +157,7 @@ fn encode(model: &Model) -> Vec<u8> {
 
 /// `None` where the bytes end early or a number has no meaning.
 fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
-    let settings = decode_settings(from)?;
+    let (settings, connections, seed) = decode_settings(from)?;
     let subspaces = from.u32().filter(|k| (1..=MOST_SUBSPACES).contains(k))?;
     let mut tree = || {
         let node = |from: &mut Reader| {
@@ -194,10 +194,23 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     let count = from.u32()? as usize;
     report.tried =
         from.list(count, 16, |from| Some(Tried { smoothing: from.f64()?, held_out: from.f64()? }))?;
-    Some(Model { scene_hash, settings, subspaces, eye_tree, light_tree, sources, gamma, q, report })
+    Some(Model {
+        scene_hash,
+        connections,
+        seed,
+        settings,
+        subspaces,
+        eye_tree,
+        light_tree,
+        sources,
+        gamma,
+        q,
+        report,
+    })
 }
 
-fn decode_settings(from: &mut Reader) -> Option<Settings> {
+/// The settings, N, and the seed.
+fn decode_settings(from: &mut Reader) -> Option<(Settings, u32, u64)> {
     let subspaces = Some(from.u32()?).filter(|k| *k > 0);
     let source_share = from.f64()?;
     let direction_weight = from.f64()? as f32;
@@ -209,7 +222,7 @@ fn decode_settings(from: &mut Reader) -> Option<Settings> {
         .into_iter()
         .find(|known| *known as u32 == optimiser)?;
     let (max_steps, seed) = (from.u32()?, from.u64()?);
-    Some(Settings {
+    let settings = Settings {
         subspaces,
         source_share,
         direction_weight,
@@ -218,12 +231,11 @@ fn decode_settings(from: &mut Reader) -> Option<Settings> {
         tree_samples,
         uniform_share,
         smoothing,
-        connections,
         optimiser,
         max_steps,
         held_out,
-        seed,
-    })
+    };
+    Some((settings, connections, seed))
 }
 
 /// The counts in the order of the file.

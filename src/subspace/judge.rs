@@ -1,4 +1,4 @@
-//! What a model is worth, told by paths that another one found.
+//! What a model is worth, measured using paths that another one found.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::subspace::SubspaceError;
 impl Model {
     /// Density of a path by all strategies together, with this model, over the density p that it was found with.
     pub fn path_density(&self, set: &TrainingSet, path: usize) -> f64 {
-        let connections = f64::from(self.settings.connections);
+        let connections = f64::from(self.connections);
         let by_connection = set.nodes()[set.nodes_of(path)].iter().map(|node| {
             let (row, column) = (self.eye_label(&node.eye), self.light_label(&node.light));
             let share = f64::from(self.gamma[(row * self.subspaces + column) as usize]);
@@ -28,11 +28,11 @@ impl Model {
 /// # Errors
 /// A tile or a light that does not exist.
 pub fn relative_loss(model: &Model, set: &TrainingSet, found: Range<usize>) -> Result<f64, SubspaceError> {
-    let weighed = weigh(set, model.sources.len(), &model.settings)?;
+    let weighed = weigh(set, model.sources.len(), &model.settings, model.seed)?;
     let losses = found.into_par_iter().map(|path| {
         let squared = weighed.paths[path].squared;
         let density = model.path_density(set, path);
-        // Without a strategy that makes it the loss would be infinite, and tell nothing of the others.
+        // Without a strategy that makes it the loss would be infinite, and hide the others.
         if squared > 0.0 && density > 0.0 { [squared / density, squared] } else { [0.0; 2] }
     });
     // In order: the sum does not depend on the number of threads.

@@ -1,5 +1,5 @@
-//! What SPCBPT learns before it renders: eye and light sub-paths are classified into subspaces, and Gamma says which
-//! light subspaces an eye subspace connects to.
+//! What SPCBPT learns before it renders: eye and light sub-paths are classified into subspaces, and Gamma holds
+//! the probability with which an eye subspace connects to each light subspace.
 //!
 //! Su, Li, Wang, SPCBPT: Subspace-based Probabilistic Connections for Bidirectional Path Tracing, ACM TOG 41(4), 2022.
 //!
@@ -28,7 +28,7 @@ pub use error::SubspaceError;
 pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};
 pub use settings::{Optimiser, Settings};
-pub use sources::{LightSourceInfo, SourceKind, SourceLabels};
-pub use train::train;
+pub use sources::SourceLabels;
+pub use train::{TrainingInput, train};
 pub use training::{Feature, LightEnd, LightSample, TILE_SIZE, TrainingNode, TrainingPath, TrainingSet};
 pub use tree::Tree;

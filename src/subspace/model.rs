@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::gamma::{Loss, Tried};
 use super::settings::Settings;
 use super::sources::{SourceLabels, label_of};
+use super::train::TrainingInput;
 use super::training::{Feature, LightEnd};
 use super::tree::Tree;
 use crate::math::MathError;
@@ -16,8 +17,11 @@ use crate::math::alias::{AliasEntry, AliasTable};
 pub struct Model {
     /// Of the scene that it was trained on.
     pub scene_hash: u64,
+    /// N, connections of an eye vertex that it was trained for.
+    pub connections: u32,
     /// What it was trained with.
     pub settings: Settings,
+    pub seed: u64,
     /// K, eye subspaces and as many light subspaces.
     pub subspaces: u32,
     pub eye_tree: Tree,
@@ -42,14 +46,16 @@ pub struct GammaTables {
 
 impl Model {
     /// One subspace a side, and a Q that says nothing: any light vertex is as good as its power.
-    pub fn untrained(lights: usize, scene_hash: u64, settings: Settings) -> Self {
+    pub fn untrained(input: &TrainingInput, settings: Settings) -> Self {
         Self {
-            scene_hash,
+            scene_hash: input.scene_hash,
+            connections: input.connections,
+            seed: input.seed,
             settings,
             subspaces: 1,
             eye_tree: Tree::single(0),
             light_tree: Tree::single(0),
-            sources: vec![SourceLabels { first: 0, divisions: 1 }; lights],
+            sources: vec![SourceLabels { first: 0, divisions: 1 }; input.lights.len()],
             gamma: vec![1.0],
             q: vec![1.0],
             report: TrainingReport::default(),

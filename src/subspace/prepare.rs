@@ -10,7 +10,7 @@ use crate::subspace::SubspaceError;
 
 /// Brightness that is added to every tile's, relative to the picture's mean: dark tiles do not count without bound.
 const TILE_FLOOR: f64 = 1e-3;
-/// Largest W relative to the mean of all, so that the limit does not depend on the unit of radiance.
+/// Largest W relative to the mean of all: outliers beyond it would decide the loss alone.
 const LARGEST_SQUARED: f64 = 1000.0;
 /// Largest weight as a sample, relative to the mean of all.
 const LARGEST_WEIGHT: f64 = 10.0;
@@ -37,12 +37,17 @@ pub struct Weighed {
     pub clamped: u64,
 }
 
-/// Weighs the paths. Brightness and outlier bounds are of all paths: they say what is to be minimised. Everything that
+/// Weighs the paths. Brightness and outlier bounds are of all paths: they define what is minimised. Everything that
 /// is learnt from paths (centroids, trees, the contribution matrix, Gamma) comes from those not held out.
 ///
 /// # Errors
 /// A tile or a light that does not exist.
-pub fn weigh(set: &TrainingSet, lights: usize, settings: &Settings) -> Result<Weighed, SubspaceError> {
+pub fn weigh(
+    set: &TrainingSet,
+    lights: usize,
+    settings: &Settings,
+    seed: u64,
+) -> Result<Weighed, SubspaceError> {
     let tiles = set.tile_pixels().len();
     if let Some(path) = set.paths().iter().find(|path| path.tile as usize >= tiles) {
         return Err(SubspaceError::UnknownTile { tile: path.tile, count: tiles });
@@ -82,7 +87,7 @@ pub fn weigh(set: &TrainingSet, lights: usize, settings: &Settings) -> Result<We
             PathWeight {
                 squared: contribution * contribution,
                 weight: contribution,
-                held_out: is_held_out(set.group_of(index), settings),
+                held_out: is_held_out(set.group_of(index), settings, seed),
             }
         })
         .collect();
@@ -115,7 +120,7 @@ pub(super) fn check_lights<'a>(
 }
 
 /// By the group and the seed alone.
-fn is_held_out(group: u32, settings: &Settings) -> bool {
-    let key = [group, 0, HELD_OUT_STREAM, seed_key(settings.seed)];
+fn is_held_out(group: u32, settings: &Settings, seed: u64) -> bool {
+    let key = [group, 0, HELD_OUT_STREAM, seed_key(seed)];
     f64::from(pcg4d(key)[0]) < settings.held_out * 2f64.powi(32)
 }

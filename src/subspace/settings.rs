@@ -1,15 +1,15 @@
-//! What a training can be told.
+//! The settings of a training.
 
 use serde::Serialize;
 
 use crate::device::layout::TREE_MAX_DEPTH;
 use crate::subspace::SubspaceError;
 
-/// Most subspaces a side: Gamma then has 16 million entries.
+/// Most subspaces per side: Gamma then has 16 million entries.
 pub const MOST_SUBSPACES: u32 = 4000;
 /// Training nodes for each (eye, light) pair of subspaces, when the number of subspaces follows from the training set.
 /// With fewer, Gamma learns the paths instead of the scene; without smoothing that would begin at about 40.
-const NODES_A_PAIR: f64 = 5.0;
+const NODES_PER_PAIR: f64 = 5.0;
 /// Most of them then: twice as many hardly lower the loss, however much there is to learn from, and cost time.
 pub const MOST_FOLLOWED: u32 = 300;
 
@@ -32,7 +32,7 @@ pub struct Settings {
     pub subspaces: Option<u32>,
     /// Share of the light subspaces that is reserved for points on lights.
     pub source_share: f64,
-    /// Weight of the incident direction in the classification's distance, relative to the normal's; 0: not looked at.
+    /// Weight of the incident direction in the classification's distance, relative to the normal's; 0: it does not count.
     pub direction_weight: f32,
     pub tree_depth: u32,
     /// A tree is finished when so much of the samples' weight gets the label of its nearest centroid.
@@ -43,13 +43,10 @@ pub struct Settings {
     pub uniform_share: f64,
     /// Share of what neighbouring subspaces have learnt in every step of Gamma; `None`: what suits the held-out paths.
     pub smoothing: Option<f64>,
-    /// N, connections of an eye vertex.
-    pub connections: u32,
     pub optimiser: Optimiser,
     pub max_steps: u32,
     /// Share of the paths that judges the steps instead of teaching them.
     pub held_out: f64,
-    pub seed: u64,
 }
 
 impl Default for Settings {
@@ -63,19 +60,17 @@ impl Default for Settings {
             tree_samples: 100_000,
             uniform_share: 0.1,
             smoothing: None,
-            connections: 2,
             optimiser: Optimiser::Mm,
             max_steps: 20,
             held_out: 0.1,
-            seed: 0,
         }
     }
 }
 
 impl Settings {
-    /// Subspaces a side for so many training nodes.
+    /// Subspaces per side for so many training nodes.
     pub fn subspaces_for(&self, nodes: usize) -> u32 {
-        let followed = (nodes as f64 / NODES_A_PAIR).sqrt() as u32;
+        let followed = (nodes as f64 / NODES_PER_PAIR).sqrt() as u32;
         self.subspaces.unwrap_or(followed.clamp(2, MOST_FOLLOWED))
     }
 
@@ -111,7 +106,6 @@ impl Settings {
             }
             Err(SubspaceError::Setting { name, value: f64::from(value), least: 1.0, most: f64::from(most) })
         };
-        count("subspaces", self.subspaces.unwrap_or(1), MOST_SUBSPACES)?;
-        count("connections", self.connections, 1 << 16)
+        count("subspaces", self.subspaces.unwrap_or(1), MOST_SUBSPACES)
     }
 }

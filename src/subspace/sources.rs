@@ -8,25 +8,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::training::LightEnd;
+use crate::device::scene::{LightSourceInfo, SourceKind};
 
-/// What a light is, in unit space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SourceKind {
-    Triangle { position: Vec3, normal: Vec3, area: f32 },
-    Environment,
-    Punctual { position: Vec3, direction: Vec3 },
-}
-
-/// A light of the device's list.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSourceInfo {
-    pub kind: SourceKind,
-    /// In any unit that all lights share.
-    pub power: f64,
-}
-
-/// The labels of one light: `divisions` x `divisions` cells of its two coordinates from `first` on. As the shaders read
-/// it (vec2u).
+/// The labels of one light: `divisions` x `divisions` cells of its two coordinates from `first` on. The shaders
+/// read it as vec2u.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct SourceLabels {
@@ -45,9 +30,9 @@ impl SourceLabels {
 
 /// Most cells along a side of a light.
 const MOST_DIVISIONS: u32 = 64;
-/// A light that promises less than this share of what the one that promises most does is not cut.
-const LEAST_PROMISE: f64 = 1e-3;
-/// Extent of the environment, where the unit scene has about 1: light from another side is other light.
+/// A light of less than this priority, relative to the highest of any single light, is not cut.
+const LEAST_PRIORITY: f64 = 1e-3;
+/// Extent of the environment, where the unit scene has about 1: light from another side lights other surfaces.
 const ENVIRONMENT_EXTENT: f64 = 4.0;
 
 /// Labels for all lights, at most `budget` of them and at least one if there is a light, ending below `end`. Returns
@@ -63,14 +48,14 @@ pub fn label_sources(lights: &[LightSourceInfo], budget: u32, end: u32) -> (Vec<
         return (vec![labels; lights.len()], 1);
     }
     let mut left = budget - open.len() as u32;
-    let promises = (0..lights.len() as u32).map(|i| Group::new(lights, vec![i]).promise);
-    let least = LEAST_PROMISE * promises.fold(0.0, f64::max);
+    let priorities = (0..lights.len() as u32).map(|i| Group::new(lights, vec![i]).priority);
+    let least = LEAST_PRIORITY * priorities.fold(0.0, f64::max);
     let mut done = Vec::new();
-    // The group that promises most is cut next, as long as it can be paid for.
+    // The group of highest priority is cut next, as long as labels are left for it.
     while let Some(group) = open.pop() {
         match group.cut(lights, least) {
-            Some((parts, price)) if price <= left => {
-                left -= price;
+            Some((parts, labels)) if labels <= left => {
+                left -= labels;
                 open.extend(parts);
             }
             _ => done.push(group),
@@ -128,7 +113,7 @@ struct Group {
     lights: Vec<u32>,
     divisions: u32,
     /// Power times how much its points differ: what is gained by cutting it.
-    promise: f64,
+    priority: f64,
     /// Coordinate of [`coordinates`] that varies most.
     widest: usize,
 }
@@ -155,21 +140,21 @@ impl Group {
         } else {
             variances.iter().sum::<f64>().sqrt()
         };
-        Self { lights: of, divisions: 1, promise: power * extent, widest }
+        Self { lights: of, divisions: 1, priority: power * extent, widest }
     }
 
-    /// What takes the group's place when it is cut, and how many more labels that needs. A single light must promise
-    /// more than `least`.
+    /// What takes the group's place when it is cut, and how many more labels that needs. A single light must have
+    /// a priority above `least`.
     fn cut(&self, lights: &[LightSourceInfo], least: f64) -> Option<(Vec<Self>, u32)> {
         if let [_] = self.lights[..] {
             let d = self.divisions;
-            if self.promise <= least || d == MOST_DIVISIONS {
+            if self.priority <= least || d == MOST_DIVISIONS {
                 return None;
             }
             let finer = Self {
                 lights: self.lights.clone(),
                 divisions: d + 1,
-                promise: self.promise * f64::from(d) / f64::from(d + 1),
+                priority: self.priority * f64::from(d) / f64::from(d + 1),
                 widest: self.widest,
             };
             return Some((vec![finer], 2 * d + 1));
@@ -222,8 +207,8 @@ impl PartialOrd for Group {
 }
 
 impl Ord for Group {
-    /// By promise; equal ones by their first light, so that the order is the same everywhere.
+    /// By priority; equal ones by their first light, so that the order is the same everywhere.
     fn cmp(&self, other: &Self) -> Ordering {
-        self.promise.total_cmp(&other.promise).then(other.lights[0].cmp(&self.lights[0]))
+        self.priority.total_cmp(&other.priority).then(other.lights[0].cmp(&self.lights[0]))
     }
 }

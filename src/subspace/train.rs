@@ -10,43 +10,53 @@ use super::model::{Counts, Model, Seconds, TrainingReport};
 use super::normaliser::Normaliser;
 use super::prepare::{PathWeight, check_lights, weigh};
 use super::settings::Settings;
-use super::sources::{LightSourceInfo, label_of, label_sources, mark_reachable};
+use super::sources::{label_of, label_sources, mark_reachable};
 use super::training::{Feature, LightEnd, LightSample, TrainingNode, TrainingSet};
 use super::tree::{Growth, Tree};
+use crate::device::scene::LightSourceInfo;
 use crate::subspace::SubspaceError;
 
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
-/// power, which says little of the light that they give.
+/// power, which is a poor guide to the light that arrives from them.
 const LEAST_SOURCE_SUBSPACES: u32 = 16;
 /// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
 /// many.
 const NEIGHBOURS: usize = 4;
 
+/// What there is to learn from, and what for.
+#[derive(Clone, Copy)]
+pub struct TrainingInput<'a> {
+    pub set: &'a TrainingSet,
+    /// Vertices of `light_paths` light paths, for Q.
+    pub light_samples: &'a [LightSample],
+    pub light_paths: u64,
+    /// As the device lists them.
+    pub lights: &'a [LightSourceInfo],
+    pub scene_hash: u64,
+    /// N, connections of an eye vertex in the render to come.
+    pub connections: u32,
+    pub seed: u64,
+}
+
 /// Learns the classification, Gamma and Q. The result depends on nothing but the arguments: not on the number of
-/// threads, and not on the units of light. An empty training set gives one subspace a side that knows about power only.
+/// threads, and not on the units of light. An empty training set gives one subspace per side, where power alone counts.
 ///
 /// # Errors
 /// Settings out of range, names of lights and tiles that do not exist, light samples that carry no light.
-pub fn train(
-    set: &TrainingSet,
-    light_samples: &[LightSample],
-    light_path_count: u64,
-    lights: &[LightSourceInfo],
-    scene_hash: u64,
-    settings: Settings,
-) -> Result<Model, SubspaceError> {
+pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, SubspaceError> {
+    let &TrainingInput { set, light_samples, light_paths, lights, scene_hash, connections, seed } = input;
     settings.check()?;
     check_lights(light_samples.par_iter().map(|sample| &sample.end), lights.len())?;
     let start = Instant::now();
     let mut clock = Clock { last: start };
     let mut seconds = Seconds::default();
-    let weighed = weigh(set, lights.len(), &settings)?;
+    let weighed = weigh(set, lights.len(), &settings, seed)?;
     let taught: Vec<(u32, f64)> = taught_nodes(set, &weighed.paths);
     seconds.weights = clock.lap();
 
     let subspaces = settings.subspaces_for(taught.len());
     let budget = (settings.source_share * f64::from(subspaces)).round() as u32;
-    // One subspace holds everything; a few tell lamp from sky from sun.
+    // One subspace holds everything; a few separate lamp, sky and sun.
     let budget = budget.max(LEAST_SOURCE_SUBSPACES.min(subspaces / 2)).clamp(1, (subspaces - 1).max(1));
     let (sources, source_count) = label_sources(lights, budget, subspaces);
     let surfaces = (subspaces - source_count).max(1);
@@ -56,8 +66,8 @@ pub fn train(
         LightEnd::Source { .. } => None,
     };
     let ((eye_centroids, eye_tree), (light_centroids, light_tree)) = rayon::join(
-        || classify(set, &taught, eye, subspaces, &settings),
-        || classify(set, &taught, light, surfaces, &settings),
+        || classify(input, &taught, eye, subspaces, &settings),
+        || classify(input, &taught, light, surfaces, &settings),
     );
     seconds.trees = clock.lap();
 
@@ -68,7 +78,7 @@ pub fn train(
         .collect();
     seconds.labels = clock.lap();
 
-    let normaliser = Normaliser::estimate(light_samples, light_path_count, &sources, &light_tree, subspaces);
+    let normaliser = Normaliser::estimate(light_samples, light_paths, &sources, &light_tree, subspaces);
     let mut active = vec![false; subspaces as usize];
     light_tree.labels().for_each(|label| active[label as usize] = true);
     mark_reachable(lights, &sources, &mut active);
@@ -80,13 +90,13 @@ pub fn train(
     let total: f64 = q.iter().zip(&active).filter(|(_, active)| **active).map(|(q, _)| q).sum();
     // Also none: NaN where there were no light paths.
     if !(total > 0.0 && total.is_finite()) {
-        return Err(SubspaceError::NoLight { samples: light_samples.len(), paths: light_path_count });
+        return Err(SubspaceError::NoLight { samples: light_samples.len(), paths: light_paths });
     }
     seconds.q = clock.lap();
 
     let fallback: Vec<f64> =
         q.iter().zip(&active).map(|(q, active)| if *active { q / total } else { 0.0 }).collect();
-    let terms = Terms { set, weights: &weighed.paths, labels: &labels, q: &q };
+    let terms = Terms { set, connections, weights: &weighed.paths, labels: &labels, q: &q };
     let (mut problem, unreachable) = terms.problem(subspaces, &active, &fallback, &settings);
     let neighbours = neighbours(&eye_centroids, &light_centroids, &active);
     problem.smooth_over(&neighbours, &fallback, settings.smoothing);
@@ -125,7 +135,19 @@ pub fn train(
         seconds,
     };
     let q = q.iter().map(|&q| (q as f32).max(f32::MIN_POSITIVE)).collect();
-    Ok(Model { scene_hash, settings, subspaces, eye_tree, light_tree, sources, gamma, q, report })
+    Ok(Model {
+        scene_hash,
+        connections,
+        seed,
+        settings,
+        subspaces,
+        eye_tree,
+        light_tree,
+        sources,
+        gamma,
+        q,
+        report,
+    })
 }
 
 /// Measures one part after the other.
@@ -156,7 +178,7 @@ fn taught_nodes(set: &TrainingSet, weights: &[PathWeight]) -> Vec<(u32, f64)> {
 
 /// Draws the centroids of one side and grows its tree; labels are indices of centroids.
 fn classify(
-    set: &TrainingSet,
+    &TrainingInput { set, seed, .. }: &TrainingInput,
     taught: &[(u32, f64)],
     feature_of: impl Fn(&TrainingNode) -> Option<Feature> + Sync,
     count: u32,
@@ -164,7 +186,7 @@ fn classify(
 ) -> (Centroids, Tree) {
     let feature = |node: u32| feature_of(&set.nodes()[node as usize]);
     let side: Vec<(u32, f64)> = taught.iter().copied().filter(|(node, _)| feature(*node).is_some()).collect();
-    let drawn = systematic(side.iter().map(|(_, weight)| *weight), count, settings.seed);
+    let drawn = systematic(side.iter().map(|(_, weight)| *weight), count, seed);
     let centroids = drawn.iter().filter_map(|&at| feature(side[at as usize].0)).collect();
     let variance = largest_variance(side.iter().filter_map(|(node, _)| feature(*node)).map(|f| f.position));
     let centroids = Centroids::new(centroids, variance, settings.direction_weight);
@@ -185,8 +207,8 @@ fn classify(
     (centroids, tree)
 }
 
-/// Which of the subspaces are alike. Points on lights have no centroid: what light goes from one of them says little of
-/// another, so they are smoothed over the rows alone.
+/// Which of the subspaces are alike. Points on lights have no centroid: the light from one of them is a poor guide
+/// to that of another, so they are smoothed over the rows alone.
 fn neighbours(eye: &Centroids, light: &Centroids, active: &[bool]) -> Neighbours {
     let alone = |from: usize| (from..active.len()).map(|index| vec![index as u32]);
     let mut rows = eye.neighbours(NEIGHBOURS);
@@ -200,6 +222,7 @@ fn neighbours(eye: &Centroids, light: &Centroids, active: &[bool]) -> Neighbours
 /// What the loss is made of.
 struct Terms<'a> {
     set: &'a TrainingSet,
+    connections: u32,
     weights: &'a [PathWeight],
     labels: &'a [(u32, u32)],
     q: &'a [f64],
@@ -214,7 +237,7 @@ impl Terms<'_> {
         fallback: &[f64],
         settings: &Settings,
     ) -> (Problem, u64) {
-        let connections = f64::from(settings.connections);
+        let connections = f64::from(self.connections);
         let mut builder = ProblemBuilder::new(subspaces);
         for (index, path) in self.weights.iter().enumerate().filter(|(_, path)| path.weight > 0.0) {
             let term = Term {

@@ -1,14 +1,14 @@
-//! What pre-tracing hands over: full paths with their connections, and light vertices. Plain data; positions are in
+//! What is learnt from: full paths with their connections, and light vertices. Plain data; positions are in
 //! unit space.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
-/// Side of a picture's tiles in pixels, as in the public code of SPCBPT's authors (SPCBPT-OptiX7).
+/// Side of a picture's tiles in pixels; contributions are relative to the brightness of their tile.
 pub const TILE_SIZE: u32 = 10;
 
-/// Last vertex of a sub-path: what the classification looks at.
+/// Last vertex of a sub-path: what is classified.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Feature {
     pub position: Vec3,
@@ -107,7 +107,7 @@ impl TrainingSet {
         y / TILE_SIZE * self.tile_columns + x / TILE_SIZE
     }
 
-    /// Adds a path. Paths that have much in common say the same `group`: one that teaches must not judge another.
+    /// Adds a path. Paths that have much in common share a `group`: one that teaches must not judge another.
     pub fn push_path(&mut self, group: u32, path: TrainingPath, nodes: &[TrainingNode]) {
         self.groups.push(group);
         self.paths.push(path);

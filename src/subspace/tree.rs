@@ -1,8 +1,7 @@
-//! The classification tree: stands in for the search of the nearest centroid, three comparisons a level.
+//! The classification tree: stands in for the search of the nearest centroid, three comparisons per level.
 //!
 //! Eight-ary. Even depths split by position, odd ones by normal; after four splits by normal always by position. Where
-//! the incident direction counts, depths 7 and 9 split by it. Boxes are halved, as in an octree. Su, Li and
-//! Wang 2022; the order of the splits is that of their public code (SPCBPT-OptiX7).
+//! the incident direction counts, depths 7 and 9 split by it. Boxes are halved, as in an octree.
 
 use glam::Vec3;
 
@@ -23,14 +22,14 @@ pub struct Growth {
     pub depth: u32,
     /// Share of the weight that has to be labelled rightly.
     pub stop: f64,
-    /// Directions are looked at.
+    /// Directions count.
     pub direction: bool,
 }
 
 /// Most splits by normal on a way down.
 const NORMAL_SPLITS: u32 = 4;
 
-/// What a split at this depth looks at.
+/// What a split at this depth compares.
 fn kind_at(depth: u32, direction: bool) -> u32 {
     let by_direction = |d: u32| direction && (d == 7 || d == 9);
     if by_direction(depth) {
@@ -44,7 +43,7 @@ fn kind_at(depth: u32, direction: bool) -> u32 {
     }
 }
 
-fn looked_at(feature: &Feature, kind: u32) -> Vec3 {
+fn vector_of(feature: &Feature, kind: u32) -> Vec3 {
     match kind {
         TREE_POSITION => feature.position,
         TREE_NORMAL => feature.normal,
@@ -131,7 +130,7 @@ impl Tree {
             let at = split.bounds[which].centre.to_array();
             let own = &mut order[split.samples.clone()];
             let octants =
-                sort_by_octant(own, &mut sorted, |i| octant(looked_at(&samples[i as usize].0, kind), at));
+                sort_by_octant(own, &mut sorted, |i| octant(vector_of(&samples[i as usize].0, kind), at));
             let base = nodes.len() as u32;
             let inherited = nodes[split.node].child_kind;
             nodes[split.node] = TreeNode { split: at, child_kind: kind | base };
@@ -164,7 +163,7 @@ impl Tree {
     pub fn label(&self, feature: &Feature) -> u32 {
         let mut node = &self.nodes[0];
         while node.child_kind & TREE_KIND != TREE_LEAF {
-            let at = looked_at(feature, node.child_kind & TREE_KIND);
+            let at = vector_of(feature, node.child_kind & TREE_KIND);
             node = &self.nodes[((node.child_kind & TREE_CHILD) + octant(at, node.split)) as usize];
         }
         node.child_kind & TREE_CHILD
@@ -204,7 +203,7 @@ fn leaf(label: u32) -> TreeNode {
     TreeNode { split: [0.0; 3], child_kind: TREE_LEAF | label }
 }
 
-/// Brings equal octants together, keeping the order within each, and says where each lies.
+/// Brings equal octants together, keeping the order within each; returns where each lies.
 fn sort_by_octant(
     own: &mut [u32],
     sorted: &mut Vec<(u32, u32)>,

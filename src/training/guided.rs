@@ -14,29 +14,29 @@ use crate::math::statistics::geometric_mean;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::TrainingError;
+use super::options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS};
 use super::records::{Records, light_features, light_sample};
 use super::task::{
-    Clock, DEFAULT_ROUNDS, LIGHT_PATHS, LONG_RENDER_ROUNDS, Training, TrainingProgress, TrainingResult,
-    TrainingTask, WarmStart, training_batch,
+    Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, WarmStart, training_batch,
 };
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
-use crate::integrator::{Choice, Integrator as _, Method, Settings, SpcBpt};
+use crate::integrator::{Choice, Integrator as _, Method, Settings, SpcBpt, View};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
 const PATHS_AN_ITERATION: u32 = 1 << 14;
 /// Room for records at first, for each of them.
 const RECORDS_A_PATH: u32 = 8;
 /// Connections after which more teach little that a picture shows: twice as many lower its variance by 4 to 10 %
-/// (docs/measurements.md, Against pre-tracing as published). Each of the first lessons beyond the usual ones may have twice as
+/// (docs/measurements.md, Against pre-tracing as published). Each of the first rounds beyond the usual ones may have twice as
 /// many, of some 100 bytes each.
 const ENOUGH_NODES: usize = 1_500_000;
 
 /// Variance by the choice of a connection, where an eye vertex has one, over that by eye paths, whatever they connect to:
-/// 1.6 to 2.9 in five scenes (docs/measurements.md, Connections). Lessons lower the first only.
+/// 1.6 to 2.9 in five scenes (docs/measurements.md, Connections). Rounds lower the first only.
 const VARIANCE_OF_A_CONNECTION: f64 = 2.0;
-/// What a lesson gains, of what the two before it did on average (docs/measurements.md, Longer renders).
+/// What a round gains, of what the two before it did on average (docs/measurements.md, Longer renders).
 const GAIN_OF_THE_NEXT: f64 = 0.5;
-/// Lessons that those can do without who know something of the scene.
+/// Rounds that a warm start does without.
 const ROUNDS_OF_A_WARM_START: u32 = 2;
 
 /// Finds paths and learns from them, by turns.
@@ -44,21 +44,21 @@ const ROUNDS_OF_A_WARM_START: u32 = 2;
 /// # Errors
 /// As [`super::train`].
 pub(super) fn train(
-    lesson: &TrainingTask,
+    task: &TrainingTask,
     go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
 ) -> Result<TrainingResult, TrainingError> {
-    // Who knew something before wants to know whether this is better.
-    Trainer::begin(lesson)?.run(lesson, lesson.known().is_some(), go_on)
+    // After a warm start the caller asks whether the new model is better.
+    Trainer::begin(task)?.run(task, task.warm_start.is_some(), go_on)
 }
 
-/// A lesson comes when there is twice as much to learn from as for the last.
-fn iteration_of(lesson: u32) -> u32 {
-    1 << (lesson.clamp(1, 16) - 1)
+/// A round comes when there is twice as much to learn from as for the last.
+fn iteration_of(round: u32) -> u32 {
+    1 << (round.clamp(1, 16) - 1)
 }
 
-/// Connections that are enough for so many lessons.
-fn enough_nodes(lessons: u32) -> usize {
-    ENOUGH_NODES << (lessons.clamp(DEFAULT_ROUNDS, LONG_RENDER_ROUNDS) - DEFAULT_ROUNDS)
+/// Connections that are enough for so many rounds.
+fn enough_nodes(rounds: u32) -> usize {
+    ENOUGH_NODES << (rounds.clamp(DEFAULT_ROUNDS, LONG_RENDER_ROUNDS) - DEFAULT_ROUNDS)
 }
 
 /// One iteration's paths, found by a model; with the mixture's density of it, p0 plus the sum over N Gamma / Q mass is 1
@@ -66,11 +66,11 @@ fn enough_nodes(lessons: u32) -> usize {
 ///
 /// # Errors
 /// As [`super::train`].
-pub(super) fn find_paths(lesson: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
-    let mut course = Trainer::new(lesson)?;
-    course.integrator.set_model(&lesson.context, model)?;
-    course.find_paths(lesson, 1)?;
-    Ok(course.set)
+pub(super) fn find_paths(task: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
+    let mut trainer = Trainer::new(task)?;
+    trainer.integrator.set_model(&task.context, model)?;
+    trainer.find_paths(task, 1)?;
+    Ok(trainer.set)
 }
 
 /// What was found and learnt so far.
@@ -83,26 +83,27 @@ pub(super) struct Trainer {
     light_paths: u32,
     camera_paths: u64,
     pub model: Arc<Model>,
-    /// The model before the last lesson, as long as nobody knows what that was worth.
+    /// The model before the last round, until it is known what that was worth.
     before: Option<Arc<Model>>,
     losses: Vec<f64>,
     clock: Clock,
 }
 
 impl Trainer {
-    fn new(lesson: &TrainingTask) -> Result<Self, TrainingError> {
-        let TrainingTask { context, scene, camera, settings, training, .. } = lesson;
+    fn new(task: &TrainingTask) -> Result<Self, TrainingError> {
+        let TrainingTask { context, scene, camera, settings, training, .. } = task;
         let settings = small(settings);
-        let light_paths = settings.region.pixels();
-        let connections = training.settings.connections;
+        let light_paths = settings.view.region().pixels();
+        let connections = task.connections();
         let method =
             Method::SpcBpt(SpcBpt { light_paths: Some(light_paths), connections, light_tracing: false });
         let settings = Settings { method, ..settings };
-        let model = Model::untrained(lesson.sources.len(), lesson.scene_hash, training.settings.clone());
+        let set = TrainingSet::new(settings.view.width, settings.view.height);
+        let model = Model::untrained(&task.input(&set, &[], 0), training.settings.clone());
         let mut integrator =
             Bidirectional::new(context, scene.clone(), camera, settings, Some(&model), Purpose::Records)?;
         let samples_kernel = integrator.wavefront.compile(context, "light_samples", &[])?;
-        let room = settings.region.pixels() * RECORDS_A_PATH;
+        let room = settings.view.region().pixels() * RECORDS_A_PATH;
         let records = Records::new(context, &mut integrator.wavefront, room)?;
         integrator.bind(context)?;
         // The driver compiles at the first dispatch: that is not learning's time.
@@ -113,7 +114,7 @@ impl Trainer {
             integrator,
             samples_kernel,
             records,
-            set: TrainingSet::new(settings.width, settings.height),
+            set,
             lights: Arc::default(),
             light_paths: 0,
             camera_paths: 0,
@@ -128,18 +129,18 @@ impl Trainer {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn begin(lesson: &TrainingTask) -> Result<Self, TrainingError> {
-        let mut course = Self::new(lesson)?;
-        match lesson.known() {
-            Some(known) => {
-                course.lights = known.lights.clone();
-                course.light_paths = known.light_paths;
-                course.model = known.model.clone();
-                course.integrator.set_model(&lesson.context, &known.model)?;
+    pub fn begin(task: &TrainingTask) -> Result<Self, TrainingError> {
+        let mut trainer = Self::new(task)?;
+        match &task.warm_start {
+            Some(warm_start) => {
+                trainer.lights = warm_start.lights.clone();
+                trainer.light_paths = warm_start.light_paths;
+                trainer.model = warm_start.model.clone();
+                trainer.integrator.set_model(&task.context, &warm_start.model)?;
             }
-            None => course.look_for_light(lesson)?,
+            None => trainer.look_for_light(task)?,
         }
-        Ok(course)
+        Ok(trainer)
     }
 
     /// Time since it began, compiling not counted.
@@ -147,32 +148,32 @@ impl Trainer {
         self.clock.elapsed()
     }
 
-    /// All lessons. `judge_last`: find out what the last one was worth, too.
+    /// All rounds. `judge_last`: find out what the last one was worth, too.
     ///
     /// # Errors
     /// As [`super::train`].
     pub fn run(
         mut self,
-        lesson: &TrainingTask,
+        task: &TrainingTask,
         judge_last: bool,
         mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
     ) -> Result<TrainingResult, TrainingError> {
-        let training = &lesson.training;
+        let training = &task.training;
         let (usual, limit) = training.most_rounds();
-        // Who knows something already has no use for what an iteration or two can teach.
-        let skipped = if lesson.known().is_some() { ROUNDS_OF_A_WARM_START.min(usual - 1) } else { 0 };
+        // A warm start has no use for what an iteration or two can teach.
+        let skipped = if task.warm_start.is_some() { ROUNDS_OF_A_WARM_START.min(usual - 1) } else { 0 };
         let mut most = usual;
         let [mut iteration, mut taught] = [0, skipped];
         let mut next_round = iteration_of(taught + 1);
         let reason = loop {
             iteration += 1;
             let enough = enough_nodes(most);
-            let found = self.find_paths(lesson, iteration)?;
+            let found = self.find_paths(task, iteration)?;
             if let Some(loss) = self.judge(found)? {
                 go_on(TrainingProgress::Loss(loss))?;
-                // Lessons beyond the usual ones were decided on before.
+                // Rounds beyond the usual ones were decided on before.
                 if most == usual
-                    && let Some(reason) = self.not_worth_another(training)
+                    && let Some(reason) = self.not_worth_another(task)
                 {
                     break reason;
                 }
@@ -190,14 +191,14 @@ impl Trainer {
             };
             if due || end.is_some() {
                 go_on(TrainingProgress::Fitting)?;
-                self.learn(lesson)?;
+                self.learn(task)?;
                 taught += 1;
                 next_round = 2 * iteration;
                 go_on(TrainingProgress::Round(self.model.clone()))?;
             }
             match end {
-                // A render that is long enough gains by more, as long as lessons do.
-                Some(_) if most < limit && self.not_worth_another(training).is_none() => {
+                // A render that is long enough gains by more, as long as rounds do.
+                Some(_) if most < limit && self.not_worth_another(task).is_none() => {
                     most += 1;
                 }
                 Some(reason) => break reason.to_string(),
@@ -205,21 +206,21 @@ impl Trainer {
             }
         };
         if judge_last && self.before.is_some() {
-            let found = self.find_paths(lesson, iteration + 1)?;
+            let found = self.find_paths(task, iteration + 1)?;
             if let Some(loss) = self.judge(found)? {
                 go_on(TrainingProgress::Loss(loss))?;
             }
         }
-        let known =
+        let warm_start =
             WarmStart { model: self.model.clone(), lights: self.lights, light_paths: self.light_paths };
-        let mut trained = self.clock.trained(self.model, self.camera_paths);
-        trained.losses = self.losses;
-        trained.known = Some(known);
-        trained.choices.push(Choice::new("lessons", taught - skipped, reason));
-        Ok(trained)
+        let mut result = self.clock.result(self.model, self.camera_paths);
+        result.losses = self.losses;
+        result.warm_start = Some(warm_start);
+        result.choices.push(Choice::new("rounds", taught - skipped, reason));
+        Ok(result)
     }
 
-    /// What the last lesson was worth is said by paths that had no part in it; `None` if it is known.
+    /// What the last round was worth is said by paths that had no part in it; `None` if it is known.
     fn judge(&mut self, found: Range<usize>) -> Result<Option<f64>, TrainingError> {
         let Some(before) = self.before.take() else { return Ok(None) };
         let loss = 1.0 / subspace::relative_loss(&before, &self.set, found)?;
@@ -229,18 +230,18 @@ impl Trainer {
 
     /// Why learning ends here. A few bright paths make single losses uncertain, so the last two that are known are asked
     /// together.
-    fn not_worth_another(&self, training: &Training) -> Option<String> {
+    fn not_worth_another(&self, task: &TrainingTask) -> Option<String> {
         let known = &self.losses[self.losses.len().saturating_sub(2)..];
         let gain = if known.is_empty() { 0.0 } else { 1.0 - geometric_mean(known) };
-        let connections = f64::from(training.settings.connections);
+        let (training, connections) = (&task.training, f64::from(task.connections()));
         let share_of_choice = VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + connections);
         let variance = GAIN_OF_THE_NEXT * gain * share_of_choice;
-        // The next lesson comes when there is twice as much to learn from.
-        let share = training.share_of_render(self.camera_paths, self.clock.pace(self.camera_paths));
+        // The next round comes when there is twice as much to learn from.
+        let share = training.share_of_render(self.camera_paths, self.clock.time_per_path(self.camera_paths));
         if training.least_gain == 0.0 || (gain >= training.least_gain && variance >= share) {
             return None;
         }
-        let gained = format!("lately a lesson lowered the loss by {:.0} %", 100.0 * gain);
+        let gained = format!("lately a round lowered the loss by {:.0} %", 100.0 * gain);
         Some(match gain < training.least_gain {
             true => format!("{gained} only"),
             false => format!(
@@ -252,28 +253,28 @@ impl Trainer {
     }
 
     /// Learns how much light there is: connections then choose by power.
-    fn look_for_light(&mut self, lesson: &TrainingTask) -> Result<(), TrainingError> {
-        let paths = self.integrator.wavefront.settings.region.pixels();
+    fn look_for_light(&mut self, task: &TrainingTask) -> Result<(), TrainingError> {
+        let paths = self.integrator.wavefront.settings.view.region().pixels();
         let batch = training_batch(&self.integrator.wavefront, 0);
-        let counts = self.integrator.fill_cache(&lesson.context, &batch, paths)?;
-        let features = self.cache(lesson, counts.light_vertices)?;
+        let counts = self.integrator.fill_cache(&task.context, &batch, paths)?;
+        let features = self.cache(task, counts.light_vertices)?;
         self.take_lights(&features, paths);
-        self.learn(lesson)?;
+        self.learn(task)?;
         // Before this one nothing was found.
         self.before = None;
         Ok(())
     }
 
-    /// One camera path a pixel against a cache of light paths; says which full paths that found.
-    fn find_paths(&mut self, lesson: &TrainingTask, iteration: u32) -> Result<Range<usize>, TrainingError> {
-        let context = &lesson.context;
+    /// One camera path per pixel against a cache of light paths; says which full paths that found.
+    fn find_paths(&mut self, task: &TrainingTask, iteration: u32) -> Result<Range<usize>, TrainingError> {
+        let context = &task.context;
         let first = self.set.paths().len();
         let batch = training_batch(&self.integrator.wavefront, iteration);
-        let paths = self.integrator.wavefront.settings.region.pixels();
+        let paths = self.integrator.wavefront.settings.view.region().pixels();
         loop {
             self.records.clear(context, &self.integrator.wavefront)?;
             let counts = self.integrator.find_paths(context, &batch, paths)?;
-            let features = self.cache(lesson, counts.light_vertices)?;
+            let features = self.cache(task, counts.light_vertices)?;
             let wavefront = &mut self.integrator.wavefront;
             match self.records.take(context, wavefront, &batch, &features, &mut self.set)? {
                 None => {
@@ -290,8 +291,8 @@ impl Trainer {
         }
     }
 
-    fn cache(&mut self, lesson: &TrainingTask, vertices: u32) -> Result<Vec<LightFeature>, DeviceError> {
-        light_features(&lesson.context, &mut self.integrator.wavefront, &self.samples_kernel, vertices)
+    fn cache(&mut self, task: &TrainingTask, vertices: u32) -> Result<Vec<LightFeature>, DeviceError> {
+        light_features(&task.context, &mut self.integrator.wavefront, &self.samples_kernel, vertices)
     }
 
     fn take_lights(&mut self, features: &[LightFeature], paths: u32) {
@@ -302,20 +303,18 @@ impl Trainer {
         }
     }
 
-    fn learn(&mut self, lesson: &TrainingTask) -> Result<(), TrainingError> {
-        let settings = lesson.training.settings.clone();
-        let (set, lights, count) = (&self.set, &self.lights, u64::from(self.light_paths));
-        let train = || subspace::train(set, lights, count, &lesson.sources, lesson.scene_hash, settings);
-        let model = self.clock.learn(train)?;
-        self.before = Some(std::mem::replace(&mut self.model, Arc::new(model)));
-        self.integrator.set_model(&lesson.context, &self.model)?;
+    fn learn(&mut self, task: &TrainingTask) -> Result<(), TrainingError> {
+        let input = task.input(&self.set, &self.lights, self.light_paths);
+        let model = self.clock.learn(|| task.fit(&input))?;
+        self.before = Some(std::mem::replace(&mut self.model, model));
+        self.integrator.set_model(&task.context, &self.model)?;
         Ok(())
     }
 }
 
 /// The same picture, but not larger than an iteration; of a part with gaps all of it.
 fn small(settings: &Settings) -> Settings {
-    let part = settings.region.hull();
+    let part = settings.view.region().hull();
     let whole = part.pixels();
     let factor = (f64::from(PATHS_AN_ITERATION) / f64::from(whole)).sqrt().min(1.0);
     let scaled = |pixels: u32| ((f64::from(pixels) * factor) as u32).max(1);
@@ -325,12 +324,13 @@ fn small(settings: &Settings) -> Settings {
         scaled(part.width),
         scaled(part.height),
     );
-    Settings {
-        width: scaled(settings.width).max(region.x + region.width),
-        height: scaled(settings.height).max(region.y + region.height),
-        region,
-        ..*settings
-    }
+    let view = View {
+        width: scaled(settings.view.width).max(region.x + region.width),
+        height: scaled(settings.view.height).max(region.y + region.height),
+        crop: Some(region),
+        ..settings.view
+    };
+    Settings { view, ..*settings }
 }
 
 #[cfg(test)]
@@ -338,7 +338,7 @@ mod tests {
     use super::{ENOUGH_NODES, enough_nodes};
 
     #[test]
-    fn more_lessons_may_learn_from_more() {
+    fn more_rounds_may_learn_from_more() {
         assert_eq!([1, 5, 6, 7, 16].map(enough_nodes), [1, 1, 2, 4, 4].map(|times| times * ENOUGH_NODES));
     }
 }

@@ -4,13 +4,12 @@
 mod error;
 mod guided;
 mod online;
+mod options;
 mod pretrace;
 mod records;
 mod task;
 
 pub use error::TrainingError;
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
-pub use task::{
-    LONG_RENDER_ROUNDS, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When,
-    find_training_paths, train,
-};
+pub use options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
+pub use task::{TrainingProgress, TrainingResult, TrainingTask, WarmStart, find_training_paths, train};

@@ -12,7 +12,7 @@ use super::guided::Trainer;
 use super::task::{TrainingProgress, TrainingTask};
 use super::{TrainingError, TrainingResult};
 
-/// What there is to hear.
+/// What happened since the last [`OnlineTraining::poll`].
 pub enum TrainingEvent {
     /// Connect by this from now on.
     Round(Arc<Model>),
@@ -22,10 +22,10 @@ pub enum TrainingEvent {
     End(Box<TrainingResult>),
 }
 
-/// A course that knows how much light there is, and goes on when it is told to.
+/// A trainer that knows how much light there is, and goes on when it is told to.
 pub struct PreparedTrainer {
-    lesson: TrainingTask,
-    course: Trainer,
+    task: TrainingTask,
+    trainer: Trainer,
 }
 
 impl PreparedTrainer {
@@ -33,19 +33,19 @@ impl PreparedTrainer {
     ///
     /// # Errors
     /// As [`super::train`].
-    pub fn new(lesson: TrainingTask) -> Result<Self, TrainingError> {
-        let course = Trainer::begin(&lesson)?;
-        Ok(Self { lesson, course })
+    pub fn new(task: TrainingTask) -> Result<Self, TrainingError> {
+        let trainer = Trainer::begin(&task)?;
+        Ok(Self { task, trainer })
     }
 
     /// Chooses by power.
     pub fn model(&self) -> &Arc<Model> {
-        &self.course.model
+        &self.trainer.model
     }
 
     /// Time that it took, compiling not counted.
     pub fn elapsed(&self) -> Duration {
-        self.course.elapsed()
+        self.trainer.elapsed()
     }
 
     /// Learns from now on.
@@ -53,34 +53,34 @@ impl PreparedTrainer {
     /// # Errors
     /// The system gives no thread.
     pub fn start(self) -> Result<OnlineTraining, TrainingError> {
-        let Self { lesson, course } = self;
+        let Self { task, trainer } = self;
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
-        let (tell, news) = mpsc::channel();
+        let (sender, events) = mpsc::channel();
         let work = move || {
-            // Where nobody listens any more, that is the end.
-            let say = |news| tell.send(news).map_err(|_| TrainingError::Interrupted);
-            let trained = course.run(&lesson, true, |step| match step {
+            // A receiver that is gone ends the training.
+            let publish = |event| sender.send(event).map_err(|_| TrainingError::Interrupted);
+            let result = trainer.run(&task, true, |step| match step {
                 _ if stopped.load(Ordering::Relaxed) => Err(TrainingError::Interrupted),
-                TrainingProgress::Round(model) => say(Ok(TrainingEvent::Round(model))),
-                TrainingProgress::Loss(loss) => say(Ok(TrainingEvent::Loss(loss))),
+                TrainingProgress::Round(model) => publish(Ok(TrainingEvent::Round(model))),
+                TrainingProgress::Loss(loss) => publish(Ok(TrainingEvent::Loss(loss))),
                 TrainingProgress::TrainingPaths(_)
                 | TrainingProgress::LightPaths(_)
                 | TrainingProgress::Fitting => Ok(()),
             });
-            let _ = say(trained.map(|trained| TrainingEvent::End(Box::new(trained))));
+            let _ = publish(result.map(|result| TrainingEvent::End(Box::new(result))));
         };
         let thread = thread::Builder::new()
             .name("learning".into())
             .spawn(work)
             .map_err(|cause| TrainingError::Thread { cause })?;
-        Ok(OnlineTraining { news, stop, thread: Some(thread) })
+        Ok(OnlineTraining { events, stop, thread: Some(thread) })
     }
 }
 
-/// A course that runs; dropped, it ends after the step that it is at.
+/// A trainer that runs; dropped, it ends after the step that it is at.
 pub struct OnlineTraining {
-    news: Receiver<Result<TrainingEvent, TrainingError>>,
+    events: Receiver<Result<TrainingEvent, TrainingError>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -89,12 +89,12 @@ impl OnlineTraining {
     /// What has come since, oldest first; does not wait.
     ///
     /// # Errors
-    /// What ended the course, other than its end.
-    pub fn hear(&self) -> Result<Option<TrainingEvent>, TrainingError> {
-        match self.news.try_recv() {
-            Ok(news) => news.map(Some),
+    /// What ended the trainer, other than its end.
+    pub fn poll(&self) -> Result<Option<TrainingEvent>, TrainingError> {
+        match self.events.try_recv() {
+            Ok(event) => event.map(Some),
             Err(TryRecvError::Empty) => Ok(None),
-            // It told its end before; without one it has panicked.
+            // Its end comes before; without one it has panicked.
             Err(TryRecvError::Disconnected) => Err(TrainingError::Panicked),
         }
     }
@@ -104,7 +104,7 @@ impl Drop for OnlineTraining {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // What it panicked of is on stderr, and was heard as an end without a word.
+            // The reason of a panic is on stderr, and `poll` has reported it.
             let _ = thread.join();
         }
     }

@@ -1,10 +1,8 @@
 //! Learning as published: full paths by path tracing, with known densities, and light paths for Q.
 
-use std::sync::Arc;
-
 use crate::device::layout::Batch;
 use crate::device::{Context, DeviceError, Kernel};
-use crate::subspace::{self, LightSample, TrainingSet};
+use crate::subspace::{LightSample, TrainingSet};
 
 use super::TrainingError;
 use super::records::{Records, light_features, light_sample};
@@ -24,11 +22,11 @@ const PATIENCE: u64 = 200;
 /// # Errors
 /// As [`super::train`].
 pub(super) fn train(
-    lesson: &TrainingTask,
+    task: &TrainingTask,
     paths: u32,
     mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
 ) -> Result<TrainingResult, TrainingError> {
-    let TrainingTask { context, scene, camera, settings, scene_hash, training, sources, .. } = lesson;
+    let TrainingTask { context, scene, camera, settings, .. } = task;
     let method =
         Method::LvcBpt(LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false });
     let settings = Settings { method, ..*settings };
@@ -37,7 +35,7 @@ pub(super) fn train(
     let mut pretrace = Pretrace::new(context, &mut bidirectional.wavefront)?;
     // The driver compiles at the first dispatch: that is not learning's time.
     let tiny = bidirectional.wavefront.tiny_batch();
-    let mut set = TrainingSet::new(settings.width, settings.height);
+    let mut set = TrainingSet::new(settings.view.width, settings.view.height);
     pretrace.trace(context, &mut bidirectional.wavefront, &tiny, &mut set.clone())?;
     bidirectional.fill_cache(context, &tiny, 1)?;
     let mut clock = Clock::new();
@@ -45,7 +43,7 @@ pub(super) fn train(
     let wanted = paths as usize;
     // Samples of every pixel so far, and in the next round: as many as are likely to be enough.
     let (mut sample, mut samples) = (0, 1);
-    let most_samples = (PATHS_A_BATCH / settings.region.pixels()).max(1);
+    let most_samples = (PATHS_A_BATCH / settings.view.region().pixels()).max(1);
     let patience = PATIENCE * wanted as u64;
     while set.paths().len() < wanted && camera_paths < patience {
         for batch in batches(&bidirectional.wavefront, sample, samples) {
@@ -63,15 +61,14 @@ pub(super) fn train(
     }
     let lights = light_samples(context, &mut bidirectional, &mut go_on)?;
     go_on(TrainingProgress::Fitting)?;
-    let settings = training.settings.clone();
-    let count = u64::from(LIGHT_PATHS);
-    let model = clock.learn(|| subspace::train(&set, &lights, count, sources, *scene_hash, settings))?;
-    Ok(clock.trained(Arc::new(model), camera_paths))
+    let input = task.input(&set, &lights, LIGHT_PATHS);
+    let model = clock.learn(|| task.fit(&input))?;
+    Ok(clock.result(model, camera_paths))
 }
 
 /// Samples of every pixel, all of small pictures at a time.
 fn batches(wavefront: &Wavefront, sample: u32, samples: u32) -> Vec<Batch> {
-    let pixels = wavefront.settings.region.pixels();
+    let pixels = wavefront.settings.view.region().pixels();
     (0..pixels)
         .step_by(PATHS_A_BATCH as usize)
         .map(|first_pixel| Batch {

@@ -17,7 +17,7 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// Makes buffers for `capacity` records of each kind. What writes them has to be bound anew.
+    /// Makes buffers for `capacity` records of each kind. What writes them has to be bound again.
     ///
     /// # Errors
     /// A buffer that does not fit.

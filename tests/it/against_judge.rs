@@ -1,5 +1,6 @@
 //! The renderer's pictures against the judge's (C-08): every tile of every channel, by the variances that both report.
 
+use halfway::integrator::View;
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::{builtin, lamps};
@@ -42,12 +43,13 @@ fn tiles(pixels: impl Iterator<Item = (f64, f64)>, [width, height]: [u32; 2]) ->
     tiles
 }
 
-/// `samples`: a pixel, of the renderer and of the judge.
+/// `samples`: per pixel, of the renderer and of the judge.
 #[track_caller]
 fn assert_agree(scene: &Scene, resolution: [u32; 2], samples: [u32; 2]) {
     let [width, height] = resolution;
     let budget = Budget { samples: Some(samples[0]), ..Budget::default() };
-    let options = RenderOptions { width, height, budget, ..RenderOptions::default() };
+    let options =
+        RenderOptions { view: View { width, height, ..View::default() }, budget, ..RenderOptions::default() };
     let mut renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer for the scene");
     renderer.run(|_| false).expect("a render");
     let picture = renderer.picture().expect("a picture");

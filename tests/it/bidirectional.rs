@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use glam::{DVec3, Vec3};
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, Strategy};
+use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, Strategy, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Material, Mesh, PunctualLight, Scene};
@@ -53,7 +53,12 @@ pub fn mean(picture: &[DVec3]) -> f64 {
 const PLATES: [f64; 5] = [1.0, 0.099_912_448, 0.010_113_269, 0.001_024_130, 0.000_103_711];
 
 fn plates_options(method: Method) -> RenderOptions {
-    RenderOptions { method, camera: 1, max_depth: Some(5), ..options([64, 64], 4) }
+    RenderOptions {
+        view: View { max_depth: Some(5), ..options([64, 64], 4).view },
+        method,
+        camera: 1,
+        ..options([64, 64], 4)
+    }
 }
 
 /// Every way to find a path, on its own: any factor that is wrong in a geometry term, a density, the camera's
@@ -95,7 +100,11 @@ fn c05_every_strategy_alone_is_right() {
 #[test]
 fn c14_strategies_add_up() {
     for method in [BDPT_T1, BDPT, lvcbpt(100, 3, true)] {
-        let options = RenderOptions { method, max_depth: Some(4), ..options([16, 12], 8) };
+        let options = RenderOptions {
+            view: View { max_depth: Some(4), ..options([16, 12], 8).view },
+            method,
+            ..options([16, 12], 8)
+        };
         let mut renderer =
             Renderer::new(gpu::context(), &shown("three-lights"), options).expect("a renderer");
         let mut picture = |strategy| -> Vec<Vec3> {
@@ -184,7 +193,11 @@ fn c08_lvcbpt_with_light_tracing_agrees_with_path() {
 fn c08_any_roulette_agrees_with_path() {
     for roulette_cap in [0.02, 1.0] {
         let method = lvcbpt(600, 2, true);
-        let options = RenderOptions { method, roulette_cap, ..options(SIZE, 4) };
+        let options = RenderOptions {
+            view: View { roulette_cap, ..options(SIZE, 4).view },
+            method,
+            ..options(SIZE, 4)
+        };
         assert_options_same_as_path(&shown("cornell"), &options);
     }
 }
@@ -349,7 +362,11 @@ fn r07_smallest_settings() {
         let picture = render(&dark, RenderOptions { method, ..options([4, 4], 4) }).picture;
         assert!(picture.rgb.iter().flatten().all(|&value| value == 0.0), "{method:?}");
         for max_depth in [1, 2] {
-            let options = RenderOptions { method, max_depth: Some(max_depth), ..options([8, 8], 64) };
+            let options = RenderOptions {
+                view: View { max_depth: Some(max_depth), ..options([8, 8], 64).view },
+                method,
+                ..options([8, 8], 64)
+            };
             let shot = render(&closed::furnace_box(0.5, 1.0), options);
             if method != LIGHT {
                 let expected = [1.0, 1.5][max_depth as usize - 1];
@@ -367,7 +384,18 @@ fn r07_smallest_settings() {
 fn n19_bidirectional_renders_repeat() {
     for method in [BDPT_T1, lvcbpt(200, 3, true), LIGHT] {
         let scene = shown("three-lights");
-        let once = || render(&scene, RenderOptions { method, seed: 9, ..options([24, 16], 8) }).picture.rgb;
+        let once = || {
+            render(
+                &scene,
+                RenderOptions {
+                    view: View { seed: 9, ..options([24, 16], 8).view },
+                    method,
+                    ..options([24, 16], 8)
+                },
+            )
+            .picture
+            .rgb
+        };
         assert_eq!(once(), once(), "{method:?}");
     }
 }
@@ -384,7 +412,11 @@ fn rays_are_counted() {
         direction: Vec3::NEG_Y,
     });
     floor.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 2.0, 0.5), DVec3::ZERO, 20.0));
-    let options = RenderOptions { method: lvcbpt(100, 2, false), max_depth: Some(3), ..options([8, 8], 4) };
+    let options = RenderOptions {
+        view: View { max_depth: Some(3), ..options([8, 8], 4).view },
+        method: lvcbpt(100, 2, false),
+        ..options([8, 8], 4)
+    };
     let rays = render(&floor, options).report.rays;
     // Each light path stores the sun, and sends one ray; those that meet the floor store that and end there: there
     // is no room for another vertex but an eye's. Each eye path sees the floor and may bounce once.

@@ -2,8 +2,7 @@
 //! often as the renderer believes.
 
 use halfway::device::layout::{Batch, Counts, LightVertex};
-use halfway::device::shader::Features;
-use halfway::device::{BufferTable, Kernel};
+use halfway::device::{BufferTable, Feature, Features, Kernel};
 
 use crate::gpu;
 use crate::random::Stream;
@@ -62,7 +61,7 @@ fn cache() -> Vec<LightVertex> {
     vertices
 }
 
-fn sort(lanes: &[&'static str]) -> Sorted {
+fn sort(lanes: &[Feature]) -> Sorted {
     let context = gpu::context();
     let mut vertices = cache();
     let count = vertices.len();
@@ -82,9 +81,9 @@ fn sort(lanes: &[&'static str]) -> Sorted {
     for name in ["bucket_items", "bucket_tables", "bucket_sums"] {
         buffers.create(context, name, count as u64 * 8).expect("create");
     }
-    let features: Features = lanes.iter().copied().chain(["subspaces", "light_cache"]).collect();
+    let features = Features::from([Feature::Subspaces, Feature::LightCache]).with(lanes);
     for name in ["bucket_counts", "bucket_scan", "bucket_order", "bucket_tables"] {
-        let kernel = Kernel::new(context, name, &features, &[]).expect("a kernel");
+        let kernel = Kernel::new(context, name, features, &[]).expect("a kernel");
         let invocations = match name {
             "bucket_counts" | "bucket_order" => RUNS as u32,
             "bucket_scan" => 1,
@@ -108,7 +107,7 @@ fn sort(lanes: &[&'static str]) -> Sorted {
 
 #[test]
 fn n14_light_tables_are_exact() {
-    for lanes in [&["one_lane"][..], &[]] {
+    for lanes in [&[Feature::OneLane][..], &[]] {
         let sorted = sort(lanes);
         assert_eq!(sorted.counts.non_finite_vertices, 2);
         for label in 0..SUBSPACES {

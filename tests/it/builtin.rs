@@ -1,4 +1,4 @@
-//! The built-in scenes are what their descriptions say.
+//! The built-in scenes are what their descriptions promise.
 
 use std::collections::HashMap;
 
@@ -172,7 +172,7 @@ fn n21_many_lights_span_their_powers() {
     assert!(widest < 0.1, "a gap of {widest} decades");
 }
 
-/// The two halves of the bumpy plane say the same normals: the map, decoded in its tangent frame, agrees with the
+/// The two halves of the bumpy plane have the same normals: the map, decoded in its tangent frame, agrees with the
 /// vertices of the other half at the same phase.
 #[test]
 fn bumpy_plane_halves_agree() {

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec3, Vec3};
+use halfway::integrator::View;
 use halfway::render::RenderOptions;
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Camera, Environment, LightKind, Material, Mesh, Projection, PunctualLight, Scene};
@@ -15,7 +16,14 @@ use crate::shots::{Estimate, options, render};
 fn spot(scene: &Scene, samples: u32) -> Estimate {
     let mut scene = scene.clone();
     scene.cameras = vec![spot_camera()];
-    render(&scene, RenderOptions { max_depth: Some(2), ..options([16, 16], samples) }).channel(0)
+    render(
+        &scene,
+        RenderOptions {
+            view: View { max_depth: Some(2), ..options([16, 16], samples).view },
+            ..options([16, 16], samples)
+        },
+    )
+    .channel(0)
 }
 
 /// Light of at most `depth` surfaces in an enclosure that emits 1 everywhere.
@@ -25,7 +33,7 @@ fn furnace(rho: f32, depth: Option<u32>) -> f64 {
     (1.0 - left) / (1.0 - rho)
 }
 
-/// One line of the furnace tests: albedo, longest path, samples a pixel, largest standard error.
+/// One line of the furnace tests: albedo, longest path, samples per pixel, largest standard error.
 type Furnace = (f32, Option<u32>, u32, f64);
 
 /// Without a limit roulette alone ends paths; limits find a roulette or a count of surfaces that is off by one.
@@ -43,7 +51,13 @@ const FURNACES: [Furnace; 8] = [
 #[track_caller]
 fn assert_furnaces(name: &str, make: impl Fn(f32) -> Scene) {
     for (rho, max_depth, samples, error) in FURNACES {
-        let shot = render(&make(rho), RenderOptions { max_depth, ..options([16, 16], samples) });
+        let shot = render(
+            &make(rho),
+            RenderOptions {
+                view: View { max_depth, ..options([16, 16], samples).view },
+                ..options([16, 16], samples)
+            },
+        );
         let what = format!("{name}, albedo {rho}, depth {max_depth:?}");
         shot.channel(0).assert_mean(&what, furnace(rho, max_depth), error);
     }
@@ -85,7 +99,13 @@ fn c07_squares_that_share_an_edge() {
     let wall = shapes::quad(DVec3::new(-0.5, 0.0, -0.5), DVec3::X, DVec3::Y);
     let mut scene = scene([(grey(1.0), horizontal(1.0, 0.0, true)), (lamp(1.0), wall)]);
     scene.cameras.push(from_above(0.5));
-    let shot = render(&scene, RenderOptions { max_depth: Some(2), ..options([32, 32], 512) });
+    let shot = render(
+        &scene,
+        RenderOptions {
+            view: View { max_depth: Some(2), ..options([32, 32], 512).view },
+            ..options([32, 32], 512)
+        },
+    );
     shot.channel(0).assert_mean("wall to floor", 0.200_043_776_075_403_16, 2e-3);
 }
 
@@ -220,7 +240,14 @@ fn c24_black_surfaces_and_dark_lamps() {
     let mut black = cornell.clone();
     black.materials.iter_mut().for_each(|material| material.base_color = Vec3::ZERO);
     let all = render(&black, options([16, 16], 16)).picture;
-    let seen = render(&cornell, RenderOptions { max_depth: Some(1), ..options([16, 16], 16) }).picture;
+    let seen = render(
+        &cornell,
+        RenderOptions {
+            view: View { max_depth: Some(1), ..options([16, 16], 16).view },
+            ..options([16, 16], 16)
+        },
+    )
+    .picture;
     assert_eq!(all.rgb, seen.rgb);
     assert!(seen.rgb.iter().any(|pixel| pixel[0] > 0.0), "the lamp is in view");
 

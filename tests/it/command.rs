@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use clap::Parser as _;
+use halfway::cli::{self, Cli, Exit};
 use halfway::film::{Attribute, Picture};
 use serde_json::json;
 
@@ -35,6 +37,18 @@ impl Case {
     pub fn run(&self, arguments: &str) -> Run {
         let mut command = self.command(env!("CARGO_BIN_EXE_halfway"));
         Run::of(command.args(arguments.split_whitespace()).output().expect("halfway runs"))
+    }
+
+    /// Asserts that arguments are refused as bad input, with every phrase, and that no file comes of them; returns what is
+    /// said. `DIR` is the folder. No program is started, since nothing may have been opened by then.
+    #[track_caller]
+    pub fn refuse(&self, arguments: &str, phrases: &[&str]) -> String {
+        let before = self.files();
+        let arguments = arguments.replace("DIR", &self.folder.path().to_string_lossy());
+        let run = Run::inside(&arguments);
+        run.assert(2, phrases);
+        assert_eq!(self.files(), before, "after {arguments}");
+        run.said
     }
 
     pub fn write(&self, name: &str, file: &GltfFile) {
@@ -72,6 +86,19 @@ impl Run {
         Self { code: output.status.code(), said, printed }
     }
 
+    /// How `halfway` would end with these arguments, without starting it: for what it says before it opens a device.
+    pub fn inside(arguments: &str) -> Self {
+        let (code, said) =
+            match Cli::try_parse_from(["halfway"].into_iter().chain(arguments.split_whitespace())) {
+                Err(error) => (error.exit_code(), error.to_string()),
+                Ok(cli) => match cli::run(&cli) {
+                    Ok(exit) => (exit as i32, String::new()),
+                    Err(error) => (Exit::from(error.fault()) as i32, error.to_string()),
+                },
+            };
+        Self { code: Some(code), said, printed: String::new() }
+    }
+
     /// Asserts the exit code and that every phrase was said, in a message and not in a panic.
     #[track_caller]
     pub fn assert(&self, code: i32, phrases: &[&str]) {
@@ -87,28 +114,38 @@ fn is_black(picture: &Picture) -> bool {
     picture.rgb.iter().flatten().all(|&value| value == 0.0)
 }
 
+/// The exit codes of the program itself; all else that is refused is asked for inside.
+#[test]
+fn r07_usage_ends_with_its_exit_code() {
+    let case = Case::new();
+    case.run("render").assert(2, &["SCENE"]);
+    case.run("render missing.glb").assert(2, &["missing.glb"]);
+    case.run("render builtin:cornell --size 16x16 --crop 12,0,8,8").assert(2, &["--crop"]);
+    case.run("render builtin:cornell --spp 1 --device nosuch").assert(4, &["nosuch", "there are"]);
+    assert!(case.files().is_empty(), "left {:?}", case.files());
+}
+
 #[test]
 fn r07_usage_that_makes_no_sense_is_refused() {
     let case = Case::new();
     for (arguments, phrase) in [
         ("--spp 0", "--spp"),
-        ("--size 16x16 --max-depth 0", "--max-depth"),
+        ("--max-depth 0", "--max-depth"),
         ("--size 0x4", "size"),
-        ("--size 16x16 --crop 12,0,8,8", "--crop"),
-        ("--size 16x16 --crop 0,0,0,8", "--crop"),
+        ("--crop 0,0,8", "a part is"),
         ("--error 0", "--error"),
-        ("--size 16x16 --camera 7", "no camera 7"),
-        ("--size 16x16 --output picture.jpg", "picture.jpg"),
-        ("--size 16x16 --env missing.exr", "missing.exr"),
+        ("--camera 7", "no camera 7"),
+        ("--fov 180", "below 180"),
+        ("--look-from 1,2,3", "--look-at"),
+        ("--output picture.jpg", "picture.jpg"),
+        ("--output DIR/no/such/place.exr", "no/such"),
+        ("--env missing.exr", "missing.exr"),
+        ("--trace-error errors.csv", "--reference"),
+        ("--reference missing.exr", "missing.exr"),
     ] {
-        let run = case.run(&format!("render builtin:cornell {arguments}"));
-        run.assert(2, &[phrase]);
-        assert!(case.files().is_empty(), "{arguments} left {:?}", case.files());
+        case.refuse(&format!("render builtin:cornell -o DIR/out.exr {arguments}"), &[phrase]);
     }
-    case.run("render missing.glb").assert(2, &["missing.glb"]);
-    case.run("render builtin:nowhere").assert(2, &["nowhere", "cornell"]);
-    case.run("render builtin:cornell --spp 1 --device nosuch").assert(4, &["nosuch", "there are"]);
-    case.run("render").assert(2, &["SCENE"]);
+    case.refuse("render builtin:nowhere -o DIR/out.exr", &["nowhere", "cornell"]);
 }
 
 /// A message holds its cause, and nothing is put behind it.
@@ -117,61 +154,54 @@ fn r07_causes_are_told_once() {
     let case = Case::new();
     std::fs::write(case.path("cut.gltf"), "{\"asset\": ").expect("a writable folder");
     for (arguments, cause) in [
-        ("render nothere.gltf", "No such file or directory (os error 2)"),
-        ("render cut.gltf", "EOF while parsing"),
-        ("render builtin:cornell --env nothere.exr", "No such file or directory (os error 2)"),
+        ("render DIR/nothere.gltf -o DIR/out.exr", "No such file or directory (os error 2)"),
+        ("render DIR/cut.gltf -o DIR/out.exr", "EOF while parsing"),
+        ("render builtin:cornell -o DIR/out.exr --env nothere.exr", "No such file or directory (os error 2)"),
         ("compare nothere.png nothere.exr", "No such file or directory (os error 2)"),
         ("info --model nothere.model", "No such file or directory (os error 2)"),
     ] {
-        let run = case.run(arguments);
-        run.assert(2, &[]);
-        assert_eq!(run.said.matches(cause).count(), 1, "{arguments}: {}", run.said);
+        let said = case.refuse(arguments, &[cause]);
+        assert_eq!(said.matches(cause).count(), 1, "{arguments}: {said}");
     }
 }
 
-/// A setting that the chosen integrator does not have is no wish that may be ignored.
+/// A setting that the chosen integrator does not have may not be ignored.
 #[test]
 fn r07_settings_of_another_integrator_are_refused() {
     let case = Case::new();
     for (arguments, phrases) in [
-        ("--connections 4", ["--connections", "lvcbpt", "--integrator"]),
-        ("--integrator bdpt --connections 4", ["--connections", "lvcbpt", "--integrator"]),
-        ("--integrator lvcbpt --connections 0", ["--connections", "1 to 64", ""]),
-        ("--integrator lvcbpt --connections 65", ["--connections", "1 to 64", ""]),
-        ("--light-paths 100", ["--light-paths", "lvcbpt, spcbpt and light", "--integrator"]),
-        (
-            "--integrator bdpt --light-paths 100",
-            ["--light-paths", "lvcbpt, spcbpt and light", "--integrator"],
-        ),
-        ("--integrator light --light-paths 0", ["--light-paths", "at least 1", ""]),
-        ("--integrator lvcbpt --light-paths 0", ["--light-paths", "at least 1", ""]),
-        ("--light-tracing", ["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"]),
-        (
-            "--integrator light --light-tracing",
-            ["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"],
-        ),
-        ("--roulette-cap 0", ["--roulette-cap", "above 0 and at most 1", ""]),
-        ("--roulette-cap 1.5", ["--roulette-cap", "above 0 and at most 1", ""]),
-        ("--uniform-share 0.2", ["--uniform-share", "spcbpt", "--integrator"]),
-        ("--integrator spcbpt --uniform-share 0", ["uniform_share", "", ""]),
-        ("--quality draft", ["--quality", "spcbpt", "--integrator"]),
-        ("--lessons 2", ["--lessons", "spcbpt", "--integrator"]),
-        ("--integrator spcbpt --lessons 2 --train-paths 9", ["--lessons", "--train-paths", "cannot be used"]),
-        ("--integrator spcbpt --quality best", ["best", "draft, normal, high", ""]),
-        ("--integrator photons", ["photons", "bdpt, lvcbpt, spcbpt, light", ""]),
-        ("--strategies out --max-depth 3", ["--strategies", "--integrator bdpt or lvcbpt", ""]),
-        (
-            "--strategies out --max-depth 3 --integrator light",
-            ["--strategies", "--integrator bdpt or lvcbpt", ""],
-        ),
-        ("--strategies out --integrator bdpt", ["--strategies", "--max-depth N, at most 12", ""]),
-        (
-            "--strategies out --integrator bdpt --max-depth 13",
-            ["--strategies", "--max-depth N, at most 12", ""],
-        ),
+        ("--connections 4", &["--connections", "lvcbpt", "--integrator"][..]),
+        ("-i bdpt --connections 4", &["--connections", "lvcbpt", "--integrator"]),
+        ("-i lvcbpt --connections 0", &["--connections", "1 to 64"]),
+        ("-i lvcbpt --connections 65", &["--connections", "1 to 64"]),
+        ("--light-paths 100", &["--light-paths", "lvcbpt, spcbpt and light", "--integrator"]),
+        ("-i bdpt --light-paths 100", &["--light-paths", "lvcbpt, spcbpt and light", "--integrator"]),
+        ("-i light --light-paths 0", &["--light-paths", "at least 1"]),
+        ("-i lvcbpt --light-paths 0", &["--light-paths", "at least 1"]),
+        ("--light-tracing", &["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"]),
+        ("-i light --light-tracing", &["--light-tracing", "bdpt, lvcbpt and spcbpt", "--integrator"]),
+        ("--roulette-cap 0", &["--roulette-cap", "above 0 and at most 1"]),
+        ("--roulette-cap 1.5", &["--roulette-cap", "above 0 and at most 1"]),
+        ("--uniform-share 0.2", &["--uniform-share", "spcbpt", "--integrator"]),
+        ("-i spcbpt --uniform-share 0", &["uniform_share"]),
+        ("--quality draft", &["--quality", "spcbpt", "--integrator"]),
+        ("--rounds 2", &["--rounds", "spcbpt", "--integrator"]),
+        ("--lessons 2", &["--rounds", "spcbpt", "--integrator"]),
+        ("-i spcbpt --rounds 2 --train-paths 9", &["--rounds", "--train-paths", "cannot be used"]),
+        ("-i spcbpt --rounds 17", &["--rounds", "1..=16"]),
+        ("-i spcbpt --train-paths 9 --quality high", &["--train-paths", "--quality"]),
+        ("-i spcbpt --train-paths 9 --learn meanwhile", &["--train-paths", "--learn"]),
+        ("--learn first", &["--learn", "spcbpt"]),
+        ("-i spcbpt --quality best", &["best", "draft, normal, high"]),
+        ("-i photons", &["photons", "bdpt, lvcbpt, spcbpt, light"]),
+        ("--debug subspaces", &["--debug subspaces", "add --integrator spcbpt"]),
+        ("--debug nothing", &["subspaces"]),
+        ("--strategies out --max-depth 3", &["--strategies", "--integrator bdpt or lvcbpt"]),
+        ("--strategies out --max-depth 3 -i light", &["--strategies", "--integrator bdpt or lvcbpt"]),
+        ("--strategies out -i bdpt", &["--strategies", "--max-depth N, at most 12"]),
+        ("--strategies out -i bdpt --max-depth 13", &["--strategies", "--max-depth N, at most 12"]),
     ] {
-        case.run(&format!("render builtin:cornell --size 8x8 --spp 1 {arguments}")).assert(2, &phrases);
-        assert!(case.files().is_empty(), "{arguments} left {:?}", case.files());
+        case.refuse(&format!("render builtin:cornell -o DIR/out.exr {arguments}"), phrases);
     }
 }
 
@@ -392,10 +422,9 @@ fn bench_efficiency_refuses_what_makes_no_sense() {
         ("--spp 0", "--spp"),
         ("--spp 4 --time 1s", "--time"),
     ] {
-        let run = case.run(&format!("bench efficiency builtin:cornell --size 8x8 {arguments}"));
-        run.assert(2, &[phrase]);
-        assert!(run.printed.is_empty() && case.files().is_empty(), "{arguments} left {:?}", case.files());
+        case.refuse(&format!("bench efficiency builtin:cornell --size 8x8 {arguments}"), &[phrase]);
     }
+    case.refuse("bench efficiency", &["SCENE"]);
+    // The device is open by then.
     case.run("bench efficiency builtin:nowhere").assert(2, &["nowhere", "cornell"]);
-    case.run("bench efficiency").assert(2, &["SCENE"]);
 }

@@ -163,11 +163,11 @@ fn tev_gets_every_channel() {
 }
 
 #[test]
-fn tev_that_does_not_run_is_told() {
+fn tev_that_does_not_run_is_reported() {
     // A port that was free a moment ago.
     let free = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a port");
     for address in [free.to_string().as_str(), "nonsense"] {
-        let message = Viewer::connect(address).err().expect("nobody listens").to_string();
+        let message = Viewer::connect(address).err().expect("no viewer listens").to_string();
         assert!(message.contains(address) && message.contains("--tev"), "{message}");
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halfway::accel::Accel;
+use halfway::integrator::View;
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{LightKind, Material, Mesh, PunctualLight, Scene};
@@ -9,7 +10,7 @@ use halfway::scene::{LightKind, Material, Mesh, PunctualLight, Scene};
 use crate::gpu;
 use crate::random::Stream;
 
-/// A wall with a lamp before it, and far behind it a second wall that nobody sees.
+/// A wall with a lamp before it, and far behind it a second wall that is not seen.
 fn good_scene() -> Scene {
     let wall = quad(DVec3::new(-1.0, -1.0, 0.0), 2.0 * DVec3::X, 2.0 * DVec3::Y);
     let hidden = quad(DVec3::new(-1.0, -1.0, -1.0), 2.0 * DVec3::X, 2.0 * DVec3::Y);
@@ -67,7 +68,11 @@ fn push(scene: &mut Scene, corners: impl IntoIterator<Item = [DVec3; 3]>) {
 /// The picture's bits, and the number of triangles left out.
 fn render(scene: &Scene) -> (Vec<[u32; 3]>, usize) {
     let budget = Budget { samples: Some(4), ..Budget::default() };
-    let options = RenderOptions { width: 24, height: 24, budget, ..RenderOptions::default() };
+    let options = RenderOptions {
+        view: View { width: 24, height: 24, ..View::default() },
+        budget,
+        ..RenderOptions::default()
+    };
     let mut renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
     renderer.run(|_| false).expect("a render");
     let report = renderer.report().expect("a report");

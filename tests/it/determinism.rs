@@ -1,7 +1,7 @@
 //! The same seed gives the same picture, bit for bit, however the work was cut (N-19).
 
 use halfway::film::{Picture, Region};
-use halfway::integrator::{LightTracing, Method};
+use halfway::integrator::{LightTracing, Method, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -10,7 +10,12 @@ use crate::gpu;
 
 fn options(width: u32, height: u32, samples: u32) -> RenderOptions {
     let budget = Budget { samples: Some(samples), ..Budget::default() };
-    RenderOptions { width, height, budget, first_hit_layers: true, ..RenderOptions::default() }
+    RenderOptions {
+        view: View { width, height, ..View::default() },
+        budget,
+        first_hit_layers: true,
+        ..RenderOptions::default()
+    }
 }
 
 fn render(scene: &Scene, options: RenderOptions) -> Picture {
@@ -66,7 +71,10 @@ fn n19_the_same_seed_gives_the_same_picture() {
     for scene in scenes() {
         let first = render(&scene, options(40, 30, 8));
         assert_same(&render(&scene, options(40, 30, 8)), &first, &scene.name);
-        let other = render(&scene, RenderOptions { seed: 1, ..options(40, 30, 8) });
+        let other = render(
+            &scene,
+            RenderOptions { view: View { seed: 1, ..options(40, 30, 8).view }, ..options(40, 30, 8) },
+        );
         assert!(channels(&other) != channels(&first), "{}: the seed does nothing", scene.name);
     }
 }
@@ -76,7 +84,13 @@ fn n19_a_crop_is_a_part_of_the_whole() {
     for scene in scenes() {
         let whole = render(&scene, options(40, 30, 8));
         for region in [Region::new(7, 11, 13, 9), Region::new(39, 29, 1, 1)] {
-            let crop = render(&scene, RenderOptions { crop: Some(region), ..options(40, 30, 8) });
+            let crop = render(
+                &scene,
+                RenderOptions {
+                    view: View { crop: Some(region), ..options(40, 30, 8).view },
+                    ..options(40, 30, 8)
+                },
+            );
             assert_same(&crop, &part(&whole, &region), &format!("{} {region:?}", scene.name));
         }
     }
@@ -95,7 +109,8 @@ fn n19_a_lattice_is_a_part_of_the_whole() {
         let options =
             RenderOptions { method, first_hit_layers: method == Method::Path, ..options(40, 30, 8) };
         let whole = render(&scene, options.clone());
-        let found = render(&scene, RenderOptions { crop: Some(lattice), ..options });
+        let found =
+            render(&scene, RenderOptions { view: View { crop: Some(lattice), ..options.view }, ..options });
         let expected = part(&whole, &lattice);
         assert_same(&found, &expected, method.name());
         assert_eq!(whole.part(&lattice).rgb, expected.rgb);
@@ -107,11 +122,18 @@ fn n19_a_lattice_is_a_part_of_the_whole() {
 #[test]
 fn n19_batches_of_pixels_do_not_show() {
     let scene = builtin("cornell").expect("a built-in scene");
-    let options = RenderOptions { max_depth: Some(3), first_hit_layers: false, ..options(320, 240, 2) };
+    let options = RenderOptions {
+        view: View { max_depth: Some(3), ..options(320, 240, 2).view },
+        first_hit_layers: false,
+        ..options(320, 240, 2)
+    };
     let whole = render(&scene, options.clone());
     // Around pixel 65536, where the first batch of 2^16 paths ends.
     for region in [Region::new(0, 200, 320, 10), Region::new(200, 204, 120, 2)] {
-        let crop = render(&scene, RenderOptions { crop: Some(region), ..options.clone() });
+        let crop = render(
+            &scene,
+            RenderOptions { view: View { crop: Some(region), ..options.clone().view }, ..options.clone() },
+        );
         assert_same(&crop, &part(&whole, &region), &format!("{region:?}"));
     }
 }

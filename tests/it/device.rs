@@ -1,6 +1,10 @@
 //! The device layer: stitching, validation, the start-up check.
 
-use halfway::device::shader::{Features, SOURCES, stitch, stitch_text};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use halfway::device::shader::{SOURCES, stitch, stitch_text};
+use halfway::device::{Feature, Features};
 
 use crate::gpu;
 
@@ -28,16 +32,32 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
 #[test]
 fn features_keep_and_drop_lines() {
-    let text = "#if a\nconst A = 1;\n#if b\nconst B = 1;\n#else\nconst C = 1;\n#endif\n#endif\n#if !a\nconst D = 1;\n#endif\n";
-    let with = |features: &[&'static str]| {
-        stitch_text("t", text, &features.iter().copied().collect()).expect("balanced").code
+    let text = "#if alpha\nconst A = 1;\n#if unlit\nconst B = 1;\n#else\nconst C = 1;\n#endif\n#endif\n\
+        #if !alpha\nconst D = 1;\n#endif\n";
+    let with = |features: &[Feature]| {
+        stitch_text("t", text, features.iter().copied().collect()).expect("balanced").code
     };
     assert_eq!(with(&[]), "const D = 1;\n");
-    assert_eq!(with(&["a"]), "const A = 1;\nconst C = 1;\n");
-    assert_eq!(with(&["a", "b"]), "const A = 1;\nconst B = 1;\n");
-    assert!(stitch_text("t", "#if a\n", &Features::new()).is_err());
-    assert!(stitch_text("t", "#endif\n", &Features::new()).is_err());
-    assert!(stitch_text("t", "#import lib/none\n", &Features::new()).is_err());
+    assert_eq!(with(&[Feature::Alpha]), "const A = 1;\nconst C = 1;\n");
+    assert_eq!(with(&[Feature::Alpha, Feature::Unlit]), "const A = 1;\nconst B = 1;\n");
+}
+
+/// Each says where it is; also in a part that is left out.
+#[test]
+fn directives_that_make_no_sense_are_refused() {
+    for (text, line, message) in [
+        ("#if alpha\n", 2, "#if without #endif"),
+        ("\n#endif\n", 2, "#endif without #if"),
+        ("#else\n", 1, "#else without #if"),
+        ("#if alpha\n#else\n#else\n#endif\n", 3, "second #else"),
+        ("#if alhpa\n#endif\n", 1, "unknown feature 'alhpa'"),
+        ("#if alpha\n#if !alhpa\n#endif\n#endif\n", 2, "unknown feature 'alhpa'"),
+        ("#import lib/none\n", 1, "no shader file 'lib/none'"),
+        ("#include lib/rng\n", 1, "unknown directive"),
+    ] {
+        let error = stitch_text("t", text, Features::default()).expect_err(text).to_string();
+        assert!(error.starts_with(&format!("shaders/t.wgsl:{line}: {message}")), "{text:?}: {error}");
+    }
 }
 
 #[test]
@@ -45,19 +65,48 @@ fn a_shader_error_names_file_and_line() {
     let broken = stitch_text(
         "broken",
         "#import lib/math\nfn f() -> f32 {\n    return missing;\n}\n",
-        &Features::new(),
+        Features::default(),
     );
     let message = broken.expect("directives").validate().expect_err("missing name").to_string();
     assert!(message.contains("shaders/broken.wgsl:3"), "{message}");
 }
 
+/// Shader files below a folder, as [`SOURCES`] names them.
+fn shader_files(folder: &Path) -> BTreeSet<String> {
+    let shaders = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    let mut found = BTreeSet::new();
+    for entry in std::fs::read_dir(shaders.join(folder)).expect("a folder of shaders") {
+        let path = folder.join(entry.expect("an entry").file_name());
+        if shaders.join(&path).is_dir() {
+            found.extend(shader_files(&path));
+        } else {
+            let name = path.to_str().expect("a name in UTF-8");
+            found.insert(name.strip_suffix(".wgsl").expect("nothing but WGSL").to_string());
+        }
+    }
+    found
+}
+
 #[test]
 fn every_file_is_listed_once() {
-    let mut names: Vec<&str> = SOURCES.iter().map(|(name, _)| *name).collect();
-    names.sort_unstable();
-    names.dedup();
-    assert_eq!(names.len(), SOURCES.len());
-    for name in names {
-        stitch(name, &Features::new()).expect("directives");
+    let listed: BTreeSet<String> = SOURCES.iter().map(|(name, _)| (*name).to_string()).collect();
+    assert_eq!(listed.len(), SOURCES.len());
+    assert_eq!(listed, shader_files(Path::new("")), "SOURCES of src/device/shader.rs and the folder shaders");
+    for name in listed {
+        stitch(&name, Features::default()).expect("directives");
+    }
+}
+
+/// A feature without an `#if` would compile the same text twice.
+#[test]
+fn every_feature_is_asked_for() {
+    for feature in Feature::ALL {
+        assert_eq!(Feature::find(feature.name()), Some(*feature));
+        let asks = |line: &str| {
+            line.trim()
+                .strip_prefix("#if ")
+                .is_some_and(|name| name.trim_start_matches('!') == feature.name())
+        };
+        assert!(SOURCES.iter().any(|(_, text)| text.lines().any(asks)), "no shader asks for {feature}");
     }
 }

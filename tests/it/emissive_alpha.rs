@@ -1,7 +1,7 @@
 //! Emitters that are there in part: light that is met by chance and light that is drawn agree on how much of them shines.
 
 use glam::{Affine2, DVec3, Vec3};
-use halfway::integrator::{Bdpt, LvcBpt, Method, Strategy};
+use halfway::integrator::{Bdpt, LvcBpt, Method, Strategy, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::shapes;
 use halfway::scene::{AlphaMode, Filter, Image, Material, Scene, Texture, TextureRef, Wrap};
@@ -40,7 +40,11 @@ fn emitters_shine_as_far_as_they_are_there() {
         // As `c07_form_factors`.
         let lit = 0.5 * 0.239_456_470_460_773_5 * share;
         for method in [Method::Path, BDPT_T1, LVCBPT] {
-            let base = RenderOptions { method, max_depth: Some(2), ..options([16, 16], 64) };
+            let base = RenderOptions {
+                view: View { max_depth: Some(2), ..options([16, 16], 64).view },
+                method,
+                ..options([16, 16], 64)
+            };
             for (camera, expected) in [(0, lit), (1, share)] {
                 let pictures = renders(&scene, &RenderOptions { camera, ..base.clone() }, 0..8);
                 let means: Moments = pictures.iter().map(|picture| mean(picture)).collect();
@@ -54,7 +58,11 @@ fn emitters_shine_as_far_as_they_are_there() {
             }
         }
         // By chance alone, by drawing a point of the lamp alone.
-        let base = RenderOptions { method: BDPT_T1, max_depth: Some(2), ..options([16, 16], 128) };
+        let base = RenderOptions {
+            view: View { max_depth: Some(2), ..options([16, 16], 128).view },
+            method: BDPT_T1,
+            ..options([16, 16], 128)
+        };
         let mut renderer = Renderer::new(gpu::context(), &scene, base).expect("a renderer");
         for (s, t) in [(0, 3), (1, 2)] {
             let run = |seed| {

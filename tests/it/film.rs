@@ -6,7 +6,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, LayerAttributes, LineOrder,
     MetaData, Vec2, WritableImage, f16,
 };
-use halfway::film::tonemap::{View, srgb_decode, srgb_encode};
+use halfway::film::tonemap::{ViewTransform, srgb_decode, srgb_encode};
 use halfway::film::{Attribute, FilmError, Picture, exr as film_exr, png as film_png, write::write_atomic};
 
 /// A picture with every layer we write, over the whole range of `f32`.
@@ -169,7 +169,7 @@ fn files_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn r04_failed_write_is_told_and_leaves_nothing() {
+fn r04_failed_write_is_reported_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let picture = full_picture();
     let missing = folder.path().join("missing/picture.exr");
@@ -185,12 +185,16 @@ fn r04_failed_write_is_told_and_leaves_nothing() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn r04_device_full_is_told() {
+fn r04_device_full_is_reported() {
     let message = film_exr::write(Path::new("/dev/full"), &full_picture()).unwrap_err().to_string();
     assert!(message.contains("os error 28"), "{message}");
-    let message =
-        film_png::write(Path::new("/dev/full"), &Picture::new(1, 1, vec![[0.0; 3]]), View::Srgb, 0.0)
-            .unwrap_err();
+    let message = film_png::write(
+        Path::new("/dev/full"),
+        &Picture::new(1, 1, vec![[0.0; 3]]),
+        ViewTransform::Srgb,
+        0.0,
+    )
+    .unwrap_err();
     assert!(message.to_string().contains("os error 28"), "{message}");
     assert!(Path::new("/dev/full").exists());
 }
@@ -214,7 +218,7 @@ fn png_is_srgb_and_to_the_nearest_level() {
     let path = folder.path().join("grey.png");
     let rgb: Vec<[f32; 3]> = (0..256).map(|i| [srgb_decode(i as f32 / 255.0); 3]).collect();
     let picture = Picture::new(256, 1, rgb);
-    film_png::write(&path, &picture, View::Srgb, 0.0).unwrap();
+    film_png::write(&path, &picture, ViewTransform::Srgb, 0.0).unwrap();
     let bytes = image::open(&path).unwrap().into_rgb8();
     for (i, pixel) in bytes.pixels().enumerate() {
         assert_eq!(pixel.0, [i as u8; 3]);
@@ -225,12 +229,12 @@ fn png_is_srgb_and_to_the_nearest_level() {
     for (have, want) in back.rgb.iter().zip(&picture.rgb) {
         assert!((have[0] - want[0]).abs() <= 1e-6 * (1.0 + want[0]), "{have:?} {want:?}");
     }
-    film_png::write(&path, &picture, View::Srgb, -1.0).unwrap();
+    film_png::write(&path, &picture, ViewTransform::Srgb, -1.0).unwrap();
     let darker = Picture::read(&path).unwrap();
     assert!((darker.rgb[255][0] - 0.5).abs() < 0.005, "one stop is a factor of two");
 
     let broken = Picture::new(2, 1, vec![[0.0; 3], [0.0, f32::NAN, 0.0]]);
-    let message = film_png::write(&path, &broken, View::Neutral, 0.0).unwrap_err().to_string();
+    let message = film_png::write(&path, &broken, ViewTransform::Neutral, 0.0).unwrap_err().to_string();
     assert!(message.contains("1 pixels are NaN or infinite"), "{message}");
 }
 
@@ -244,19 +248,19 @@ fn srgb_curve_is_its_own_inverse() {
 }
 
 #[test]
-fn views_do_what_their_sources_say() {
+fn views_follow_their_sources() {
     // PBR Neutral: below the shoulder only the Fresnel offset of 0.04 is taken away.
-    let shown = View::Neutral.display(0.0, [0.5, 0.3, 0.2]);
+    let shown = ViewTransform::Neutral.display(0.0, [0.5, 0.3, 0.2]);
     for (have, want) in shown.iter().zip([0.46, 0.26, 0.16]) {
         assert!((have - want).abs() < 1e-6, "{shown:?}");
     }
     // At the peak 1.04, that is 1 after the offset: 1 - 0.24^2 / (1 + 0.24 - 0.76) = 0.88.
-    let shown = View::Neutral.display(0.0, [1.04; 3]);
+    let shown = ViewTransform::Neutral.display(0.0, [1.04; 3]);
     assert!((shown[1] - 0.88).abs() < 1e-6, "{shown:?}");
     // AgX: middle grey lands at half the signal, by the fit evaluated by hand at log2(0.18).
-    let grey = srgb_encode(View::Agx.display(0.0, [0.18; 3])[0]);
+    let grey = srgb_encode(ViewTransform::Agx.display(0.0, [0.18; 3])[0]);
     assert!((0.49..0.51).contains(&grey), "{grey}");
-    for view in [View::Neutral, View::Srgb, View::Agx] {
+    for view in [ViewTransform::Neutral, ViewTransform::Srgb, ViewTransform::Agx] {
         let mut last = [-1.0; 3];
         for stop in -20..=20 {
             let shown = view.display(stop as f32, [0.2, 0.5, 0.9]);

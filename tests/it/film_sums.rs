@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use halfway::device::layout::{Batch, Counts, FilmPixel};
 use halfway::device::{BufferTable, Kernel};
 use halfway::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
+use halfway::integrator::View;
 use halfway::render::{Budget, RenderOptions, Renderer, pixel_sums};
 use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{Material, Scene};
@@ -16,7 +17,7 @@ const PIXELS: u32 = 3;
 /// What the device has summed over `samples` samples of every pixel, in batches of at most `batch`.
 fn accumulated(radiance: &[[f32; 4]], samples: u32, batch: u32) -> Vec<FilmPixel> {
     let context = gpu::context();
-    let kernel = Kernel::new(context, "film_accumulate", &Default::default(), &[]).expect("a kernel");
+    let kernel = Kernel::new(context, "film_accumulate", Default::default(), &[]).expect("a kernel");
     let mut buffers = BufferTable::default();
     buffers.upload(context, "radiance", radiance).expect("upload");
     buffers.create(context, "film", u64::from(PIXELS) * size_of::<FilmPixel>() as u64).expect("create");
@@ -101,12 +102,12 @@ fn variance_is_that_of_groups() {
     let scatter = 8.0 * (first / 8.0 - mean).powi(2) + 3.0 * (second / 3.0 - mean).powi(2);
     assert!((sums.variance(0) - scatter / 11.0).abs() < 1e-12, "{} {}", sums.variance(0), scatter / 11.0);
     assert!(sums.variance(1).abs() < 1e-12);
-    // One group says nothing.
+    // Of one group nothing is known.
     let sums = pixel_sums(&accumulated(&radiance, 8, 8)[1]);
     assert_eq!((sums.groups, sums.variance(0)), (1, 0.0));
 }
 
-/// Samples of before that weigh less: what they say, and how sure that is, whether or not the weights are the best.
+/// Earlier samples that weigh less: their mean and its variance, whether or not the weights are the best.
 #[test]
 fn earlier_samples_have_their_weight() {
     let groups = |sums: &[f64]| {
@@ -133,7 +134,7 @@ fn earlier_samples_have_their_weight() {
     let claimed = f64::from(picture.channel("variance", "R").expect("a layer")[0]);
     assert!((claimed / variance - 1.0).abs() < 1e-6, "{claimed} {variance}");
     assert_eq!(picture.channel("samples", "Y").expect("a layer")[0], 72.0);
-    // A single group says nothing about itself: weights as they should be say that it scatters as the others.
+    // A single group has no variance of its own: with the right weights it scatters as the others.
     let mut film = FilmSums::new(1, 1);
     film.add([parts[0]].into_iter());
     film.settle();
@@ -169,7 +170,7 @@ fn black_pixels_are_believed_where_their_surroundings_are_sure() {
     assert!((1e-3..0.02).contains(&thing), "{thing}");
 }
 
-/// The loop around it all: a wall that glows with 0.1 and reflects nothing, looked at 8192 times.
+/// The loop around it all: a wall that glows with 0.1 and reflects nothing, sampled 8192 times.
 #[test]
 fn n18_the_renderer_takes_the_sums_in_time() {
     let material = Material { emission: Vec3::splat(0.1), ..Material::lambert("lamp", Vec3::ZERO) };
@@ -180,7 +181,11 @@ fn n18_the_renderer_takes_the_sums_in_time() {
         ..Scene::default()
     };
     let budget = Budget { samples: Some(8192), ..Budget::default() };
-    let options = RenderOptions { width: 1, height: 1, max_depth: Some(1), budget, ..Default::default() };
+    let options = RenderOptions {
+        view: View { width: 1, height: 1, max_depth: Some(1), ..View::default() },
+        budget,
+        ..Default::default()
+    };
     let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
     renderer.run(|_| false).expect("a render");
     let picture = renderer.picture().expect("a picture");

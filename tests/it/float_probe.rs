@@ -104,7 +104,7 @@ fn n02_functions_within_wgsl_bounds() {
     }
 }
 
-/// What the renderer may not rely on: said in the log, so that a change of driver can be told from a change of code.
+/// What the renderer may not rely on: printed, so that a change of driver can be distinguished from a change of code.
 #[test]
 fn n02_freedoms_of_the_driver() {
     let body = "fn twin(x: array<u32, 4>) -> array<u32, 8> {

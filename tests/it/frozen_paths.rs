@@ -3,10 +3,10 @@
 
 use glam::DVec4;
 use halfway::accel::Accel;
-use halfway::device::Kernel;
 use halfway::device::layout::{Batch, Camera, Light};
 use halfway::device::scene::DeviceScene;
 use halfway::device::shader::stitch_text;
+use halfway::device::{Feature, Kernel};
 use halfway::math::equal_area::sphere_to_square;
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
@@ -59,7 +59,7 @@ impl<'a> Bench<'a> {
         let accel = Accel::build(scene).expect("a tree");
         let device =
             DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
-        let bytes = (device.light_count * size_of::<Light>()) as u64;
+        let bytes = (device.lights.len() * size_of::<Light>()) as u64;
         let lights: Vec<Light> =
             bytemuck::pod_collect_to_vec(&device.buffers.read(context, "lights", bytes).expect("lights"));
         let mut space = PathSpace::new(scene, &scene.cameras[0], RESOLUTION);
@@ -153,22 +153,22 @@ impl<'a> Bench<'a> {
         &mut self,
         frozen: &[Frozen],
         light_paths: f32,
-        form: &[&'static str],
+        form: &[Feature],
         subspaces: Option<(u32, u32)>,
     ) -> Vec<Found> {
         let context = gpu::context();
         let mut features = self.device.kernel_features();
-        features.insert("bidirectional");
-        features.extend(form);
+        features.insert(Feature::Bidirectional);
+        features.extend(form.iter().copied());
         let mut constants = self.device.constants.clone();
         // Of connections by subspaces the batch knows nothing.
         let mut connection_density = CONNECTION_DENSITY;
         if let Some((_, connections)) = subspaces {
-            features.insert("subspaces");
+            features.insert(Feature::Subspaces);
             constants.push(("CELLS", f64::from(connections)));
             connection_density = 0.0;
         }
-        let stitched = stitch_text("frozen paths", KERNEL, &features).expect("directives");
+        let stitched = stitch_text("frozen paths", KERNEL, features).expect("directives");
         let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &constants).expect("a kernel");
         let camera = Camera::new(&self.device.unit, &self.space.view, RESOLUTION[0], RESOLUTION[1]);
         let buffers = &mut self.device.buffers;
@@ -230,9 +230,9 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
 }
 
 /// The features of each form that the kernels have for a scene.
-pub fn forms(scene: &Scene) -> &'static [&'static [&'static str]] {
+pub fn forms(scene: &Scene) -> &'static [&'static [Feature]] {
     match SceneFeatures::of(scene).lambert_only {
-        true => &[&[], &["lambert_vertices"]],
+        true => &[&[], &[Feature::LambertVertices]],
         false => &[&[]],
     }
 }

@@ -3,6 +3,7 @@
 //! which ends there would have come.
 
 use glam::{Vec3, Vec4};
+use halfway::device;
 use halfway::device::layout::TreeNode;
 use halfway::math::equal_area::sphere_to_square;
 use halfway::scene::builtin::{builtin, shapes};
@@ -138,6 +139,8 @@ fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, rando
     let q = (0..k).map(|_| 100f32.powf(random.f32() - 1.0)).collect();
     Model {
         scene_hash: 0,
+        connections: CONNECTIONS,
+        seed: 0,
         settings: Settings::default(),
         subspaces: SUBSPACES,
         eye_tree,
@@ -173,7 +176,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     // Positions first, to grow trees about.
     let blank = random_model(&[], bench.lights.len(), false, &mut Stream::new(0));
     upload(&mut bench, &blank);
-    let forms = if direction { &[&["subspace_directions"][..]] } else { forms(scene) };
+    let forms = if direction { &[&[device::Feature::SubspaceDirections][..]] } else { forms(scene) };
     let subspaces = Some((SUBSPACES, CONNECTIONS));
     let mut found = bench.kernel_finds(&frozen, 0.0, forms[0], subspaces);
     // Edges along a face are the judge's own rounding.

@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use halfway::device::shader::{Features, stitch_text};
-use halfway::device::{BufferTable, Context, DeviceChoice, Kernel};
+use halfway::device::shader::stitch_text;
+use halfway::device::{BufferTable, Context, DeviceChoice, Feature, Kernel};
 
 /// Devices that no test has now.
 static FREE: Mutex<Vec<&'static Context>> = Mutex::new(Vec::new());
@@ -36,14 +36,14 @@ pub fn context() -> &'static Context {
 /// in bytes; their contents come back in the same order.
 pub fn run(
     kernel: &str,
-    features: &[&'static str],
+    features: &[Feature],
     inputs: &[(&str, &[u8])],
     outputs: &[(&str, usize)],
     invocations: u32,
 ) -> Vec<Vec<u8>> {
     let context = context();
-    let features: Features = features.iter().copied().collect();
-    let stitched = stitch_text("test kernel", kernel, &features).expect("directives");
+    let features = features.iter().copied().collect();
+    let stitched = stitch_text("test kernel", kernel, features).expect("directives");
     let kernel = Kernel::from_stitched(context, "test kernel", &stitched, &[]).expect("a valid kernel");
     let mut buffers = BufferTable::default();
     for (name, bytes) in inputs {

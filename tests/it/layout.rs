@@ -1,13 +1,11 @@
-//! Host and shader agree: structs and constants that stand on both sides, and every kernel in every form that a
-//! scene can ask for. No device is needed.
+//! Host and shader agree: structs and constants that stand on both sides. No device is needed.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 use halfway::device::layout;
-use halfway::device::shader::{Features, SOURCES, stitch};
+use halfway::device::shader::{SOURCES, stitch};
+use halfway::device::{Feature, Features};
 use halfway::integrator::DEFAULT_ROULETTE_CAP;
-use halfway::scene::SceneFeatures;
-use halfway::scene::builtin::{NAMES, builtin};
 use naga::proc::Layouter;
 use naga::{Literal, Module, TypeInner};
 
@@ -80,13 +78,13 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 
 /// All kernels with everything on, parsed, and one in its form for less: together they hold every struct and constant.
 fn full_modules() -> Vec<(&'static str, Module)> {
-    let mut features = kernel_features(&consistent(|features| with(features, |_| true)));
-    features.extend(["bidirectional", "light_paths", "light_cache", "subspaces"]);
-    let lambert =
-        Features::from(["lambert_only", "lambert_vertices", "bidirectional", "light_paths", "light_cache"]);
+    let features: Features =
+        Feature::of_scenes().filter(|&feature| feature != Feature::LambertOnly).collect();
+    let features = features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces]);
+    let lambert = Features::from([Feature::LambertVertices, Feature::LightPaths, Feature::LightCache]);
     kernels()
-        .map(|name| (name, stitch(name, &features)))
-        .chain([("light_shade", stitch("light_shade", &lambert))])
+        .map(|name| (name, stitch(name, features)))
+        .chain([("light_shade", stitch("light_shade", lambert))])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }
@@ -172,127 +170,4 @@ fn roulette_has_one_default() {
         .collect();
     assert!(!defaults.is_empty(), "no kernel plays roulette");
     assert!(defaults.iter().all(|literal| *literal == Literal::F32(DEFAULT_ROULETTE_CAP)), "{defaults:?}");
-}
-
-/// The switches with each set to what `on` says of its name.
-fn with(features: &mut SceneFeatures, on: impl Fn(&str) -> bool) {
-    let switches = [
-        ("lambert_only", &mut features.lambert_only),
-        ("transmission", &mut features.transmission),
-        ("rough_transmission", &mut features.rough_transmission),
-        ("absorption", &mut features.absorption),
-        ("alpha", &mut features.alpha),
-        ("textures", &mut features.textures),
-        ("normals", &mut features.normals),
-        ("normal_map", &mut features.normal_map),
-        ("vertex_colors", &mut features.vertex_colors),
-        ("uv0", &mut features.uv0),
-        ("uv1", &mut features.uv1),
-        ("area_lights", &mut features.area_lights),
-        ("unlit", &mut features.unlit),
-        ("punctual_lights", &mut features.punctual_lights),
-        ("environment", &mut features.environment),
-    ];
-    for (name, switch) in switches {
-        *switch = on(name);
-    }
-}
-
-/// Features set by `set`, and what they imply in every scene.
-fn consistent(set: impl Fn(&mut SceneFeatures)) -> SceneFeatures {
-    let mut features = SceneFeatures::default();
-    set(&mut features);
-    features.transmission |= features.rough_transmission | features.absorption;
-    features.lambert_only &= !features.transmission;
-    features.textures |= features.normal_map | features.uv0 | features.uv1;
-    features.uv0 |= features.textures && !features.uv1;
-    features.area_lights |= features.unlit;
-    features
-}
-
-/// What a kernel's `#if` lines see for a scene's features.
-fn kernel_features(features: &SceneFeatures) -> Features {
-    let mut names = features.names();
-    if features.attributes() {
-        names.insert("attributes");
-    }
-    if features.lights() {
-        names.insert("lights");
-    }
-    names
-}
-
-/// Every text once: many combinations make the same one.
-#[derive(Default)]
-struct Validated(HashSet<String>);
-
-impl Validated {
-    fn check(&mut self, features: &SceneFeatures) {
-        for extra in [
-            &[][..],
-            &["any_hit"],
-            &["deep_tree"],
-            &["subspaces"],
-            &["one_lane"],
-            &["subspaces", "subspace_directions"],
-            &["lambert_vertices"],
-            &["lambert_vertices", "subspaces"],
-        ] {
-            if extra.contains(&"lambert_vertices") && !features.lambert_only {
-                continue;
-            }
-            let mut features = kernel_features(features);
-            features.extend(extra);
-            for kernel in kernels() {
-                let mut features = features.clone();
-                let connects =
-                    ["light_", "bucket_", "training_"].iter().any(|stage| kernel.starts_with(stage))
-                        || ["camera_connections", "eye_shade", "eye_labels"].contains(&kernel);
-                let learns = kernel.starts_with("bucket_") || kernel == "eye_labels";
-                if learns && !features.contains("subspaces") {
-                    continue;
-                }
-                if kernel == "light_samples" && features.contains("lambert_vertices") {
-                    continue;
-                }
-                if connects {
-                    // As `integrator::bidirectional` compiles them; what samples lights, only where there are any.
-                    features.extend(["bidirectional", "light_paths", "light_cache"]);
-                    if kernel != "eye_shade" && !features.contains("lights") {
-                        continue;
-                    }
-                }
-                let stitched = stitch(kernel, &features).expect("directives");
-                if self.0.insert(stitched.code.clone())
-                    && let Err(error) = stitched.validate()
-                {
-                    panic!("{kernel} with {features:?}: {error}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn s03_kernels_are_valid_for_every_built_in_scene() {
-    let mut validated = Validated::default();
-    for name in NAMES {
-        validated.check(&SceneFeatures::of(&builtin(name).expect("a built-in scene")));
-    }
-}
-
-/// Nothing, each feature alone, each pair, all but each, all.
-#[test]
-fn s03_kernels_are_valid_for_every_toggle() {
-    let names: Vec<&str> = SceneFeatures::default().table().into_iter().map(|(name, _)| name).collect();
-    let mut validated = Validated::default();
-    for a in &names {
-        for b in &names {
-            validated.check(&consistent(|features| with(features, |name| name == *a || name == *b)));
-        }
-        validated.check(&consistent(|features| with(features, |name| name != *a)));
-    }
-    validated.check(&SceneFeatures::default());
-    validated.check(&consistent(|features| with(features, |_| true)));
-    println!("{} texts", validated.0.len());
 }

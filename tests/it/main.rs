@@ -1,4 +1,4 @@
-//! The one integration binary.
+//! The one integration binary. A test that begins with a number, such as `n05_`, is explained in docs/tests.md.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where its preparation fails")]
 
@@ -11,6 +11,7 @@ mod bucket_tables;
 mod builtin;
 mod closed_forms;
 mod command;
+mod command_page;
 mod command_train;
 mod compare;
 mod degenerate;
@@ -42,6 +43,8 @@ mod preview;
 mod public_scenes;
 mod quadrature;
 mod random;
+mod reachable;
+mod readme;
 mod reference;
 mod respawn;
 mod rng;

@@ -4,7 +4,7 @@ use halfway::film::flip::mean_flip;
 use halfway::film::metric::{
     Comparison, NoiseSource, any_beyond, compare, errors, reference_noise, relative_error,
 };
-use halfway::film::tonemap::View;
+use halfway::film::tonemap::ViewTransform;
 use halfway::film::{FilmError, Picture, heatmap};
 use halfway::math::rng::{RandomKey, uniform4};
 
@@ -41,7 +41,7 @@ fn noisy_pair() -> [Picture; 2] {
 }
 
 fn of(picture: &Picture, reference: &Picture) -> Comparison {
-    compare(picture, reference, View::Srgb, 0.0).expect("comparable")
+    compare(picture, reference, ViewTransform::Srgb, 0.0).expect("comparable")
 }
 
 fn assert_close(have: f64, want: f64, relative: f64) {
@@ -69,7 +69,7 @@ fn metrics_match_numpy() {
 fn flip_matches_its_authors() {
     let [picture, reference] = noisy_pair();
     let shown = |picture: &Picture| -> Vec<[f32; 3]> {
-        picture.rgb.iter().map(|&color| View::Srgb.display(0.0, color)).collect()
+        picture.rgb.iter().map(|&color| ViewTransform::Srgb.display(0.0, color)).collect()
     };
     let width = WIDTH as usize;
     assert_close(mean_flip(&shown(&picture), &shown(&reference), width), 0.178_294_66, 1e-4);
@@ -160,7 +160,7 @@ fn the_noise_of_a_reference_can_be_subtracted() {
     assert_close(added.mean, 0.05 / (128.0f64 * 96.0).sqrt(), 0.01);
 
     assert_eq!(reference_noise(&picture).expect("a reference"), None);
-    // The variance of one sample is not known, whatever the layer says.
+    // The variance of one sample is not known, whatever the layer holds.
     reference.push_channel("samples", "Y", vec![1.0; 128 * 96]);
     assert_eq!(reference_noise(&reference).expect("a reference"), None);
 }
@@ -245,11 +245,11 @@ fn r09_non_finite_pixels_are_counted_never_skipped() {
         let mut broken = picture.clone();
         broken.rgb[3][2] = value;
         broken.rgb[99] = [value; 3];
-        match compare(&broken, &reference, View::Srgb, 0.0) {
+        match compare(&broken, &reference, ViewTransform::Srgb, 0.0) {
             Err(FilmError::NonFiniteCompared { picture: 2, reference: 0 }) => {}
             other => panic!("{other:?}"),
         }
-        assert!(compare(&picture, &broken, View::Srgb, 0.0).is_err());
+        assert!(compare(&picture, &broken, ViewTransform::Srgb, 0.0).is_err());
     }
     let mut broken = picture.clone();
     let mut samples = vec![1.0; picture.rgb.len()];
@@ -258,7 +258,7 @@ fn r09_non_finite_pixels_are_counted_never_skipped() {
         broken.push_channel("variance", channel, samples.clone());
     }
     assert!(matches!(
-        compare(&broken, &reference, View::Srgb, 0.0),
+        compare(&broken, &reference, ViewTransform::Srgb, 0.0),
         Err(FilmError::NonFiniteCompared { picture: 1, reference: 0 })
     ));
 }
@@ -267,12 +267,12 @@ fn r09_non_finite_pixels_are_counted_never_skipped() {
 fn what_cannot_be_compared_is_refused() {
     let [picture, mut reference] = noisy_pair();
     let small = Picture::new(2, 1, vec![[1.0; 3]; 2]);
-    let message = compare(&small, &reference, View::Srgb, 0.0).unwrap_err().to_string();
+    let message = compare(&small, &reference, ViewTransform::Srgb, 0.0).unwrap_err().to_string();
     assert!(message.contains("2 x 1") && message.contains("53 x 40"), "{message}");
     let black = Picture::new(WIDTH, HEIGHT, vec![[0.0; 3]; picture.rgb.len()]);
-    assert!(matches!(compare(&picture, &black, View::Srgb, 0.0), Err(FilmError::BlackReference)));
+    assert!(matches!(compare(&picture, &black, ViewTransform::Srgb, 0.0), Err(FilmError::BlackReference)));
     reference.rgb[17][0] = -0.5;
-    let negative = compare(&picture, &reference, View::Srgb, 0.0);
+    let negative = compare(&picture, &reference, ViewTransform::Srgb, 0.0);
     assert!(matches!(negative, Err(FilmError::NegativeReference { count: 1 })));
 }
 

@@ -2,7 +2,7 @@
 //! there (C-09).
 
 use halfway::film::Picture;
-use halfway::integrator::{Method, SpcBpt};
+use halfway::integrator::{Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer, Report};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -17,15 +17,16 @@ use crate::stats::{FAMILY_ALPHA, Moments, welch_p};
 const LESSONS: u32 = 3;
 
 fn renderer(scene: &Scene, seed: u64) -> Renderer {
-    let settings = Settings { connections: 2, ..Settings::default() };
+    let settings = Settings::default();
     let training =
         Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_rounds(LESSONS);
     let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false });
-    let options = RenderOptions { seed, method, training, ..options(SIZE, 8) };
+    let options =
+        RenderOptions { view: View { seed, ..options(SIZE, 8).view }, method, training, ..options(SIZE, 8) };
     Renderer::new(gpu::context(), scene, options).expect("a renderer")
 }
 
-/// Renders until all lessons are over, and two groups more.
+/// Renders until all rounds are over, and two groups more.
 fn render(renderer: &mut Renderer) -> Report {
     let mut samples = 0;
     loop {
@@ -35,8 +36,8 @@ fn render(renderer: &mut Renderer) -> Report {
         renderer.run(|_| false).expect("a render");
         let report = renderer.report().expect("a report");
         assert_eq!(report.samples, samples);
-        let told = report.choices.iter().find(|choice| choice.what == "lessons");
-        if told.is_some_and(|told| told.reason == "as many as wanted") {
+        let choice = report.choices.iter().find(|choice| choice.what == "rounds");
+        if choice.is_some_and(|choice| choice.reason == "as many as wanted") {
             renderer.set_budget(Budget { samples: Some(samples + 16), ..Budget::default() });
             renderer.run(|_| false).expect("a render");
             return renderer.report().expect("a report");
@@ -81,7 +82,7 @@ fn c09_learning_while_rendering_agrees_with_path() {
         let pixels: Vec<glam::DVec3> =
             picture.rgb.iter().map(|&rgb| glam::Vec3::from(rgb).as_dvec3()).collect();
         means.push(mean(&pixels));
-        println!("seed {seed}: lessons after {at:?} of {} samples, losses {losses:.2?}", report.samples);
+        println!("seed {seed}: rounds after {at:?} of {} samples, losses {losses:.2?}", report.samples);
     }
     let [a, b]: [Moments; 2] = [means.into_iter().collect(), path.iter().map(|p| mean(p)).collect()];
     let error = a.standard_error().hypot(b.standard_error()) / b.mean;
@@ -95,16 +96,16 @@ fn c09_learning_while_rendering_agrees_with_path() {
     assert!((0.85..1.15).contains(&(claimed / scatter)), "claimed {claimed}, true {scatter}");
 }
 
-/// A render that ends first, or begins anew, ends learning as well, and keeps what was learnt.
+/// A render that ends first, or begins again, ends learning as well, and keeps what was learnt.
 #[test]
 fn learning_ends_with_the_render() {
     let scene = builtin("cornell").expect("a built-in scene");
     let mut renderer = renderer(&scene, 7);
     renderer.run(|_| false).expect("a render");
     let report = renderer.report().expect("a report");
-    let told = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice");
-    assert_eq!(told.value, report.round_samples.len().to_string());
-    assert_eq!(told.reason, "the render ended before learning did");
+    let choice = report.choices.iter().find(|choice| choice.what == "rounds").expect("a choice");
+    assert_eq!(choice.value, report.round_samples.len().to_string());
+    assert_eq!(choice.reason, "the render ended before learning did");
     let learnt = renderer.model.clone().expect("a model");
     renderer.restart(8, None).expect("a renderer");
     renderer.run(|_| false).expect("a render");

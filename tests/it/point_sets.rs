@@ -1,9 +1,9 @@
-//! Samples that lie well apart: where their points are, and that nobody claims more than they give.
+//! Samples that lie well apart: where their points are, and that their variance is not understated.
 
 use glam::{DVec3, Vec3};
 use halfway::device::layout::SAMPLES_A_GROUP;
 use halfway::film::{Region, metric};
-use halfway::integrator::{LvcBpt, Method};
+use halfway::integrator::{LvcBpt, Method, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::builtin;
 use halfway::scene::builtin::shapes::{looking_at, quad};
@@ -39,13 +39,10 @@ fn claimed_over_true(method: Method, samples: u32) -> f64 {
     const SEEDS: u64 = 64;
     let scene = builtin("cornell").expect("a built-in scene");
     let budget = Budget { samples: Some(samples), ..Budget::default() };
-    // Without the lamp, whose few pixels have most of the variance: their scatter would say little.
+    // Without the lamp, whose few pixels have most of the variance: their scatter would hide the rest.
     let crop = Some(Region::new(0, 12, 24, 12));
     let options = RenderOptions {
-        width: 24,
-        height: 24,
-        crop,
-        max_depth: Some(4),
+        view: View { width: 24, height: 24, crop, max_depth: Some(4), ..View::default() },
         method,
         budget,
         ..Default::default()
@@ -76,7 +73,7 @@ fn claimed_over_true(method: Method, samples: u32) -> f64 {
 /// light paths neither are their errors; the estimated variance must be right all the same. Of samples taken for
 /// independent it would be a fifth too large for the path tracer.
 #[test]
-fn variance_is_honest() {
+fn variance_is_calibrated() {
     let lvc = Method::LvcBpt(LvcBpt { light_paths: Some(64), connections: 2, light_tracing: false });
     for (method, samples) in [(Method::Path, 32), (lvc, 32)] {
         let ratio = claimed_over_true(method, samples);
@@ -92,7 +89,11 @@ fn samples_of_a_group_lie_apart() {
     const GROUPS: u32 = 64;
     let lamp = Material { emission: Vec3::ONE, ..Material::lambert("lamp", Vec3::ZERO) };
     let budget = Budget { samples: Some(GROUPS * SAMPLES_A_GROUP), ..Budget::default() };
-    let options = RenderOptions { width: 1, height: 1, max_depth: Some(1), budget, ..Default::default() };
+    let options = RenderOptions {
+        view: View { width: 1, height: 1, max_depth: Some(1), ..View::default() },
+        budget,
+        ..Default::default()
+    };
     // Seen from one away with 2 x 2 in sight; the lamp ends within it, on one side or across.
     for (width, height) in [(1.3, 8.0), (8.0, 1.3), (1.3, 1.6)] {
         let wall = quad(DVec3::new(-1.0, -1.0, 0.0), width * DVec3::X, height * DVec3::Y);
@@ -118,8 +119,12 @@ fn estimated_error_is_near_the_true_one() {
         let scene = builtin(name).expect("a built-in scene");
         let render = |method: Method, samples: u32, seed: u64| {
             let budget = Budget { samples: Some(samples), ..Budget::default() };
-            let options =
-                RenderOptions { width: 48, height: 32, method, budget, seed, ..RenderOptions::default() };
+            let options = RenderOptions {
+                view: View { width: 48, height: 32, seed, ..View::default() },
+                method,
+                budget,
+                ..RenderOptions::default()
+            };
             let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
             renderer.run(|_| false).expect("a render");
             let estimate = renderer.report().expect("a report").estimated_error.expect("two groups");

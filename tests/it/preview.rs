@@ -4,18 +4,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use halfway::cli::args::CameraArgs;
 use halfway::device::{Context, DeviceChoice};
 use halfway::film::Picture;
-use halfway::film::tonemap::View;
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, SpcBpt};
+use halfway::film::tonemap::ViewTransform;
+use halfway::integrator::method::{Given, Setting};
+use halfway::integrator::{METHODS, Method, View};
 use halfway::preview::controls::Navigator;
 use halfway::preview::snapshot::Snapshot;
 use halfway::preview::worker::{Event, Request, Save, Saved, Worker};
 use halfway::preview::{SLOTS, Settings};
 use halfway::render::{Budget, RenderOptions, Renderer};
-use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
+use halfway::scene::{Scene, Viewpoint};
 use halfway::subspace::Model;
 use halfway::training::Training;
 
@@ -27,19 +27,22 @@ const SPCBPT: usize = 3;
 /// Whole groups, an open one, and a flush in between.
 const SAMPLES: u32 = 76;
 
+/// With another number of connections than the default.
 fn methods() -> [Method; SLOTS] {
-    [
-        Method::Path,
-        Method::Bdpt(Bdpt { light_tracing: true }),
-        Method::LvcBpt(LvcBpt { light_paths: None, connections: 2, light_tracing: true }),
-        Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false }),
-        Method::Light(LightTracing { light_paths: None }),
-    ]
+    assert_eq!([PATH, LVCBPT, SPCBPT].map(|slot| METHODS[slot].name), ["path", "lvcbpt", "spcbpt"]);
+    METHODS.map(|method| {
+        let light_tracing = !method.takes(Setting::Learning);
+        (method.make)(&Given { light_paths: None, connections: Some(4), light_tracing })
+    })
 }
 
 fn options() -> RenderOptions {
     let training = Training::default().with_rounds(2);
-    RenderOptions { width: 44, height: 36, seed: 7, training, ..RenderOptions::default() }
+    RenderOptions {
+        view: View { width: 44, height: 36, seed: 7, ..View::default() },
+        training,
+        ..RenderOptions::default()
+    }
 }
 
 fn settings(context: &Context, slot: usize) -> Settings {
@@ -47,15 +50,15 @@ fn settings(context: &Context, slot: usize) -> Settings {
     Settings {
         context: context.clone(),
         scene,
-        camera: CameraArgs::default(),
-        loader: Box::new(|| Err("nobody changes it".into())),
+        camera: Viewpoint::default(),
+        loader: Box::new(|| Err("the scene does not change".into())),
         files: Vec::new(),
         options: options(),
         methods: methods(),
         slot,
         samples: Some(SAMPLES),
         reference: None,
-        view: View::Neutral,
+        view: ViewTransform::Neutral,
         exposure: 0.0,
         output: PathBuf::from("unused"),
         title: "cornell".into(),
@@ -63,7 +66,7 @@ fn settings(context: &Context, slot: usize) -> Settings {
     }
 }
 
-fn wish(navigator: &Navigator, slot: usize, view: u64) -> Request {
+fn request(navigator: &Navigator, slot: usize, view: u64) -> Request {
     Request {
         camera: navigator.camera(),
         camera_flags: navigator.flags(),
@@ -78,7 +81,7 @@ fn wish(navigator: &Navigator, slot: usize, view: u64) -> Request {
     }
 }
 
-/// A worker on its scene, with what the window would know.
+/// A worker on its scene, with the window's end of it.
 struct Stage {
     worker: Worker,
     navigator: Navigator,
@@ -89,7 +92,7 @@ impl Stage {
     fn new(settings: Settings) -> Self {
         let navigator = Navigator::new(&settings.scene, &settings.camera).expect("a camera");
         let slot = settings.slot;
-        let worker = Worker::new(Arc::new(settings), wish(&navigator, slot, 0), || {}).expect("a worker");
+        let worker = Worker::new(Arc::new(settings), request(&navigator, slot, 0), || {}).expect("a worker");
         Self { worker, navigator, events: Vec::new() }
     }
 
@@ -119,13 +122,13 @@ impl Stage {
         self.wait(|snapshot| {
             let figures = &snapshot.figures;
             let seen = (snapshot.slot, snapshot.view, figures.samples) == (slot, view, SAMPLES);
-            seen && figures.done && snapshot.picture.width == options().width
+            seen && figures.done && snapshot.picture.width == options().view.width
         })
     }
 
     #[track_caller]
     fn save(&mut self, name: PathBuf) -> Saved {
-        self.worker.save(Save { name, view: View::Neutral, exposure: 0.0 });
+        self.worker.save(Save { name, view: ViewTransform::Neutral, exposure: 0.0 });
         let start = Instant::now();
         loop {
             match self.worker.event() {
@@ -140,7 +143,7 @@ impl Stage {
 }
 
 /// What `halfway render` makes with these flags.
-fn headless(camera: &CameraArgs, slot: usize, model: Option<Arc<Model>>) -> Picture {
+fn headless(camera: &Viewpoint, slot: usize, model: Option<Arc<Model>>) -> Picture {
     let mut scene: Scene = builtin("cornell").expect("a built-in scene");
     let camera = camera.choose(&mut scene).expect("a camera");
     let options = RenderOptions {
@@ -171,7 +174,7 @@ fn assert_same_bits(saved: &Picture, headless: &Picture, what: &str) {
     }
 }
 
-/// Whatever was looked at before, from wherever, in whatever slices: a saved picture is that of `halfway render`.
+/// Whatever was rendered before, from any camera, in any slices: a saved picture is that of `halfway render`.
 #[test]
 fn saved_pictures_are_those_of_render() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,54 +183,55 @@ fn saved_pictures_are_those_of_render() {
     let saved = stage.save(folder.path().join("a"));
     assert_eq!((saved.slot, saved.view, saved.samples), (LVCBPT, 0, SAMPLES));
     let first = Picture::read(&saved.paths[0]).expect("a picture");
-    assert_same_bits(&first, &headless(&CameraArgs::default(), LVCBPT, None), "lvcbpt");
+    assert_same_bits(&first, &headless(&Viewpoint::default(), LVCBPT, None), "lvcbpt");
 
     // The camera moves, seen small meanwhile, while another integrator is asked for.
     for view in 1..=6 {
         stage.navigator.orbit(0.01, 0.004);
-        let moved = Request { moving: true, ..wish(&stage.navigator, PATH, view) };
-        stage.worker.wish(moved, true);
+        let moved = Request { moving: true, ..request(&stage.navigator, PATH, view) };
+        stage.worker.request(moved, true);
         std::thread::sleep(Duration::from_millis(30));
     }
-    stage.wait(|snapshot| snapshot.view == 6 && snapshot.picture.width < options().width);
-    stage.worker.wish(wish(&stage.navigator, PATH, 6), false);
+    stage.wait(|snapshot| snapshot.view == 6 && snapshot.picture.width < options().view.width);
+    stage.worker.request(request(&stage.navigator, PATH, 6), false);
     let seen = stage.finish(PATH, 6);
     let saved = stage.save(folder.path().join("b"));
     let second = Picture::read(&saved.paths[0]).expect("a picture");
-    let args = stage.navigator.args();
+    let args = stage.navigator.viewpoint();
     assert!(args.look_from.is_some(), "it has moved");
     assert_same_bits(&second, &headless(&args, PATH, None), "path, moved");
     assert_same_bits(&second, &seen.picture, "as seen");
 
     // Back to the first one's camera and integrator, whose film was for another view in between.
     stage.navigator.reset();
-    stage.worker.wish(wish(&stage.navigator, LVCBPT, 7), true);
+    stage.worker.request(request(&stage.navigator, LVCBPT, 7), true);
     stage.finish(LVCBPT, 7);
     let saved = stage.save(folder.path().join("c"));
     assert_same_bits(&Picture::read(&saved.paths[0]).expect("a picture"), &first, "lvcbpt again");
 }
 
-/// Path tracing is seen until SPCBPT has learnt; what it has learnt is saved, and makes the same picture. Another view is
-/// learnt for as well, and films of others are kept meanwhile.
+/// Path tracing is seen until SPCBPT is trained; its model is saved, and makes the same picture. It is trained for
+/// another view as well, and films of other methods are kept meanwhile.
 #[test]
 fn learns_in_the_background_and_takes_over() {
     let folder = tempfile::tempdir().unwrap();
     let mut stage = Stage::new(settings(gpu::context(), SPCBPT));
     stage.wait(|snapshot| snapshot.slot == PATH && snapshot.figures.samples > 0);
-    let learnt = stage.finish(SPCBPT, 0).figures.learnt.clone().expect("something learnt");
+    let learnt = stage.finish(SPCBPT, 0).figures.learnt.clone().expect("a trained model");
     assert!(learnt.of_this_view && learnt.used > 1 && learnt.paths > 1000, "{learnt:?}");
     let saved = stage.save(folder.path().join("a"));
     let model = Model::load(&saved.paths[2], builtin("cornell").unwrap().content_hash()).expect("a model");
+    assert_eq!(model.connections, methods()[SPCBPT].plan().connections, "trained for what is rendered");
     let picture = Picture::read(&saved.paths[0]).expect("a picture");
-    assert_same_bits(&picture, &headless(&CameraArgs::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
+    assert_same_bits(&picture, &headless(&Viewpoint::default(), SPCBPT, Some(Arc::new(model))), "spcbpt");
 
-    stage.worker.wish(wish(&stage.navigator, PATH, 0), false);
-    let kept = stage.wait(|snapshot| snapshot.slot == PATH && snapshot.figures.samples > 0);
-    assert!(kept.figures.samples >= 1, "the stand-in's film is kept: {}", kept.figures.samples);
+    // The stand-in's film is kept: it is there again without rendering.
+    stage.worker.request(Request { paused: true, ..request(&stage.navigator, PATH, 0) }, false);
+    stage.wait(|snapshot| snapshot.slot == PATH && snapshot.figures.samples > 0);
 
-    // Films of another view are worth nothing, but what was learnt is: it is shown at once, and improved.
+    // Samples of another view are of no use, but its model is: it is used at once, and improved.
     stage.navigator.orbit(0.1, 0.02);
-    stage.worker.wish(wish(&stage.navigator, SPCBPT, 1), true);
+    stage.worker.request(request(&stage.navigator, SPCBPT, 1), true);
     let other = stage.wait(|snapshot| snapshot.slot == SPCBPT && snapshot.view == 1);
     assert!(other.figures.learnt.is_some());
     let of_view = |snapshot: &Snapshot| {
@@ -235,7 +239,7 @@ fn learns_in_the_background_and_takes_over() {
     };
     stage.wait(|snapshot| snapshot.view == 1 && of_view(snapshot));
     let end = stage.finish(SPCBPT, 1);
-    let path = headless(&stage.navigator.args(), PATH, None);
+    let path = headless(&stage.navigator.viewpoint(), PATH, None);
     let mean = |picture: &Picture| picture.rgb.as_flattened().iter().map(|&v| f64::from(v)).sum::<f64>();
     let ratio = mean(&end.picture) / mean(&path);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
@@ -245,13 +249,13 @@ fn learns_in_the_background_and_takes_over() {
 #[test]
 fn integrators_are_rendered_side_by_side() {
     let mut stage = Stage::new(settings(gpu::context(), LVCBPT));
-    stage.worker.wish(Request { beside: Some(PATH), ..wish(&stage.navigator, LVCBPT, 0) }, false);
+    stage.worker.request(Request { beside: Some(PATH), ..request(&stage.navigator, LVCBPT, 0) }, false);
     let both = stage.wait(|snapshot| snapshot.beside.is_some() && snapshot.figures.done);
     assert_eq!((both.slot, both.figures.samples), (LVCBPT, SAMPLES));
     let (slot, beside) = both.beside.clone().expect("another picture");
     assert_eq!(slot, PATH);
-    assert_same_bits(&beside, &without_layers(headless(&CameraArgs::default(), PATH, None)), "path beside");
-    let seen = without_layers(headless(&CameraArgs::default(), LVCBPT, None));
+    assert_same_bits(&beside, &without_layers(headless(&Viewpoint::default(), PATH, None)), "path beside");
+    let seen = without_layers(headless(&Viewpoint::default(), LVCBPT, None));
     assert_same_bits(&both.picture, &seen, "lvcbpt");
 }
 
@@ -259,11 +263,11 @@ fn without_layers(picture: Picture) -> Picture {
     Picture { layers: Vec::new(), ..picture }
 }
 
-/// A camera that never stands still is seen all the same: small pictures are finished, however soon the next is asked for.
+/// A camera that never stands still has pictures all the same: small ones are finished, however soon the next request.
 #[test]
 fn pictures_come_while_the_camera_moves() {
     let settings = settings(gpu::context(), LVCBPT);
-    let options = RenderOptions { width: 192, height: 144, ..options() };
+    let options = RenderOptions { view: View { width: 192, height: 144, ..options().view }, ..options() };
     let mut stage = Stage::new(Settings { options, ..settings });
     stage.wait(|snapshot| snapshot.slot == LVCBPT && snapshot.figures.samples > 0);
     let mut seen = std::collections::BTreeSet::new();
@@ -271,7 +275,7 @@ fn pictures_come_while_the_camera_moves() {
     while seen.len() < 4 {
         view += 1;
         stage.navigator.orbit(1e-3, 0.0);
-        stage.worker.wish(Request { moving: true, ..wish(&stage.navigator, LVCBPT, view) }, true);
+        stage.worker.request(Request { moving: true, ..request(&stage.navigator, LVCBPT, view) }, true);
         std::thread::sleep(Duration::from_millis(3));
         let snapshot = stage.worker.snapshot();
         if snapshot.view > 0 && snapshot.picture.width < 192 {
@@ -281,10 +285,10 @@ fn pictures_come_while_the_camera_moves() {
     }
 }
 
-/// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot be
-/// loaded leaves all as it was.
+/// Another scene in the same file: it is loaded and shown, by the same integrator from the same camera. One that cannot
+/// be loaded changes nothing.
 #[test]
-fn scenes_are_loaded_anew() {
+fn scenes_are_loaded_again() {
     use std::sync::atomic::{AtomicBool, Ordering};
     static BROKEN: AtomicBool = AtomicBool::new(false);
     let loader = || match BROKEN.load(Ordering::Relaxed) {
@@ -308,19 +312,19 @@ fn scenes_are_loaded_anew() {
             Some(Event::Failed(message)) => break message,
             _ => std::thread::sleep(Duration::from_millis(5)),
         }
-        assert!(start.elapsed() < Duration::from_secs(60), "nobody says that it failed");
+        assert!(start.elapsed() < Duration::from_secs(60), "no event says that it failed");
     };
     assert_eq!(said, "it is damaged");
     assert_eq!(stage.worker.snapshot().picture, door.picture);
 }
 
-/// The device goes: that is told, and what was seen last is still there to be saved.
+/// A lost device is reported, and the last picture is still there to be saved.
 #[test]
 fn r08_a_lost_device_keeps_the_last_picture() {
     let context = Context::new(&DeviceChoice::Auto).expect("a device");
     let settings = Settings { samples: None, ..settings(&context, PATH) };
     let mut stage = Stage::new(settings);
-    stage.worker.wish(Request { samples: None, ..wish(&stage.navigator, PATH, 0) }, false);
+    stage.worker.request(Request { samples: None, ..request(&stage.navigator, PATH, 0) }, false);
     stage.wait(|snapshot| snapshot.figures.samples > 8);
     context.device.destroy();
     let start = Instant::now();
@@ -330,7 +334,7 @@ fn r08_a_lost_device_keeps_the_last_picture() {
             Some(Event::Failed(message)) => panic!("{message}"),
             _ => std::thread::sleep(Duration::from_millis(5)),
         }
-        assert!(start.elapsed() < Duration::from_secs(60), "nobody says that the device is lost");
+        assert!(start.elapsed() < Duration::from_secs(60), "no event says that the device is lost");
     };
     assert!(!lost.is_empty());
     let snapshot = stage.worker.snapshot();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 use halfway::film::Picture;
 use halfway::film::metric::{self, Comparison};
-use halfway::film::tonemap::View;
+use halfway::film::tonemap::ViewTransform;
 use halfway::integrator::{Bdpt, DEFAULT_CONNECTIONS, LvcBpt, Method, SpcBpt};
 use halfway::render::RenderOptions;
 use halfway::scene::Scene;
@@ -71,7 +71,7 @@ impl Public {
     /// A render at the scene's own size against the reference. For integrators whose pixels are independent.
     fn compare(&self, method: Method, samples: u32) -> Comparison {
         let shot = render(&self.scene, RenderOptions { method, ..options(self.size, samples) });
-        let comparison = metric::compare(&shot.picture, &self.reference, View::Srgb, 0.0).unwrap();
+        let comparison = metric::compare(&shot.picture, &self.reference, ViewTransform::Srgb, 0.0).unwrap();
         println!(
             "{method:?}, {samples} spp in {:.1} s: {:?}, {:?}",
             shot.report.seconds, comparison.mean, comparison.tiles
@@ -133,11 +133,7 @@ impl Public {
 
 /// Few paths teach enough for pictures of a few samples.
 fn quick_training() -> Training {
-    Training {
-        paths: Some(20_000),
-        settings: Settings { connections: DEFAULT_CONNECTIONS, ..Settings::default() },
-        ..Training::default()
-    }
+    Training { paths: Some(20_000), settings: Settings::default(), ..Training::default() }
 }
 
 const SPCBPT: Method = Method::SpcBpt(SpcBpt {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halfway::accel::Accel;
-use halfway::device::layout;
+use halfway::device::{Feature, layout};
 use halfway::scene::Mesh;
 
 use crate::gpu;
@@ -58,7 +58,7 @@ fn count(triangles: &[layout::Triangle], aim: &str, found: &str) -> u32 {
     );
     let inputs: [(&str, &[u8]); 1] = [("triangles", bytemuck::cast_slice(triangles))];
     let invocations = triangles.len() as u32 * RAYS_A_TRIANGLE;
-    let output = gpu::run(&kernel, &["lambert_only"], &inputs, &[("total", 4)], invocations);
+    let output = gpu::run(&kernel, &[Feature::LambertOnly], &inputs, &[("total", 4)], invocations);
     bytemuck::pod_read_unaligned(&output[0][..4])
 }
 

@@ -2,8 +2,9 @@
 
 use halfway::device::layout::FilmPixel;
 use halfway::device::{BufferTable, Kernel};
-use halfway::film::tonemap::View;
+use halfway::film::tonemap::ViewTransform;
 use halfway::film::{Picture, metric};
+use halfway::integrator::View;
 use halfway::render::{Budget, RenderError, RenderOptions, Renderer, Report, pixel_sums};
 use halfway::scene::Scene;
 
@@ -26,7 +27,7 @@ pub struct Estimate {
 /// A picture of `size` pixels, `samples` samples each, of the scene's first camera.
 pub fn options([width, height]: [u32; 2], samples: u32) -> RenderOptions {
     let budget = Budget { samples: Some(samples), ..Budget::default() };
-    RenderOptions { width, height, budget, ..RenderOptions::default() }
+    RenderOptions { view: View { width, height, ..View::default() }, budget, ..RenderOptions::default() }
 }
 
 /// Renders; no sample of any test may be other than finite.
@@ -94,7 +95,7 @@ impl Estimate {
 /// channel, and the mean.
 #[track_caller]
 pub fn assert_same_light(what: &str, picture: &Picture, reference: &Picture) {
-    let comparison = metric::compare(picture, reference, View::Srgb, 0.0).unwrap();
+    let comparison = metric::compare(picture, reference, ViewTransform::Srgb, 0.0).unwrap();
     let tiles = comparison.tiles.expect("variance layers");
     let z = comparison.mean.z().expect("noise");
     println!(
@@ -130,7 +131,7 @@ fn r09_non_finite_samples_are_counted_and_left_out() {
     buffers.upload_uniform(context, "batch", &[batch]).unwrap();
     let bytes = 2 * size_of::<FilmPixel>() as u64;
     buffers.create(context, "film", bytes).unwrap();
-    let kernel = Kernel::new(context, "film_accumulate", &Default::default(), &[]).unwrap();
+    let kernel = Kernel::new(context, "film_accumulate", Default::default(), &[]).unwrap();
     let bound = kernel.bind(context, &buffers).unwrap();
     let mut encoder = context.device.create_command_encoder(&Default::default());
     bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), 2);

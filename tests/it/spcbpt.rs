@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halfway::integrator::{Method, SpcBpt};
+use halfway::integrator::{Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -21,8 +21,8 @@ fn method(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
 }
 
 fn spcbpt(method: Method, samples: u32, model: Option<Arc<Model>>) -> RenderOptions {
-    let Method::SpcBpt(SpcBpt { connections, .. }) = method else { panic!("{method:?} learns nothing") };
-    let settings = Settings { subspaces: Some(24), connections, ..Settings::default() };
+    assert!(method.plan().learns(), "{method:?} learns nothing");
+    let settings = Settings { subspaces: Some(24), ..Settings::default() };
     RenderOptions {
         method,
         model,
@@ -151,11 +151,16 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
     let (scene, _) = cornell();
     let found: Vec<_> = (2000..2016)
         .map(|seed| {
-            let settings = Settings { connections: 2, ..Settings::default() };
+            let settings = Settings::default();
             let training = Training { settings, ..Training::default() };
             let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false });
             // The seed of a renderer is that of its learning; restarted, it renders with the same one.
-            let options = RenderOptions { seed, method, training, ..options(SIZE, 32) };
+            let options = RenderOptions {
+                view: View { seed, ..options(SIZE, 32).view },
+                method,
+                training,
+                ..options(SIZE, 32)
+            };
             renders(scene, &options, [seed]).remove(0)
         })
         .collect();
@@ -168,39 +173,40 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
     assert!(p > FAMILY_ALPHA, "{ratio} +- {error}, p = {p:e}");
 }
 
-/// Learning ends where the next lesson would cost more than the last one gave, or as told; and says so.
+/// Learning ends where the next round would cost more than the last one gave, or after as many as asked for; it
+/// reports which.
 #[test]
-fn lessons_end_for_a_reason() {
-    let lessons = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
-        let settings = Settings { connections: 2, ..Settings::default() };
+fn rounds_end_for_a_reason() {
+    let rounds = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
+        let settings = Settings::default();
         let training = Training { settings, ..training };
         let budget = Budget { samples, ..Budget::default() };
         let [width, height] = size;
         let small = spcbpt(method(600, 2, false), 1, None);
-        let options = RenderOptions { training, budget, width, height, ..small };
+        let options = RenderOptions { view: View { width, height, ..small.view }, training, budget, ..small };
         let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
-        let choice = report.choices.iter().find(|choice| choice.what == "lessons").expect("a choice").clone();
+        let choice = report.choices.iter().find(|choice| choice.what == "rounds").expect("a choice").clone();
         (choice, report.round_losses)
     };
     let (scene, _) = cornell();
-    let told = Training::default().with_rounds(3);
-    let (choice, losses) = lessons(scene, SIZE, told, Some(64));
+    let three = Training::default().with_rounds(3);
+    let (choice, losses) = rounds(scene, SIZE, three, Some(64));
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // Nobody knows what the last was worth. The others helped.
     assert_eq!(losses.len(), 2);
     assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
-    // Two samples a pixel are not worth more than one lesson.
-    let (choice, losses) = lessons(scene, SIZE, Training::default(), Some(2));
+    // Two samples per pixel are not worth more than one round.
+    let (choice, losses) = rounds(scene, SIZE, Training::default(), Some(2));
     assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
     assert!(choice.reason.contains("% of the render"), "{choice:?}");
-    let (long, _) = lessons(scene, SIZE, Training::default(), Some(100_000));
+    let (long, _) = rounds(scene, SIZE, Training::default(), Some(100_000));
     assert!(long.value.parse::<u32>().expect("a number") > 1, "{long:?}");
-    // Where nobody knows how long the render is, five are enough; in a long one more pay, as far as they have been tried.
+    // Where the length of the render is unknown, five are enough; in a long one more pay, as far as they have been tried.
     let door = builtin("door").expect("a built-in scene");
     let first = Training { when: Some(When::First), ..Training::default() };
     for (samples, most) in [(None, "5"), (Some(1_000_000), "7")] {
-        let (choice, losses) = lessons(&door, [24, 24], first.clone(), samples);
+        let (choice, losses) = rounds(&door, [24, 24], first.clone(), samples);
         assert_eq!(
             (choice.value.as_str(), choice.reason.as_str()),
             (most, "as many as wanted"),

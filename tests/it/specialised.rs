@@ -2,7 +2,8 @@
 //! and what is required follows from the scene (S-03).
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
-use halfway::integrator::{LvcBpt, Method, SpcBpt};
+use halfway::device::Feature;
+use halfway::integrator::{LvcBpt, METHODS, Method, SpcBpt, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
@@ -20,33 +21,16 @@ use crate::stats::{assert_equal_tiles, tile_means};
 
 const SIZE: [u32; 2] = [16, 16];
 
-/// A switch by its name.
-fn switch<'a>(features: &'a mut SceneFeatures, name: &str) -> &'a mut bool {
-    match name {
-        "lambert_only" => &mut features.lambert_only,
-        "transmission" => &mut features.transmission,
-        "rough_transmission" => &mut features.rough_transmission,
-        "absorption" => &mut features.absorption,
-        "alpha" => &mut features.alpha,
-        "textures" => &mut features.textures,
-        "normals" => &mut features.normals,
-        "normal_map" => &mut features.normal_map,
-        "vertex_colors" => &mut features.vertex_colors,
-        "uv0" => &mut features.uv0,
-        "uv1" => &mut features.uv1,
-        "area_lights" => &mut features.area_lights,
-        "unlit" => &mut features.unlit,
-        "punctual_lights" => &mut features.punctual_lights,
-        "environment" => &mut features.environment,
-        _ => panic!("{name} is a feature without a test"),
-    }
+/// The switch of a feature of scenes.
+fn switch(features: &mut SceneFeatures, feature: Feature) -> &mut bool {
+    feature.switch(features).expect("a feature of scenes")
 }
 
 /// Kernels for everything there is.
 fn everything() -> SceneFeatures {
     let mut features = SceneFeatures::default();
-    for (name, _) in SceneFeatures::default().table() {
-        *switch(&mut features, name) = name != "lambert_only";
+    for feature in Feature::of_scenes() {
+        *switch(&mut features, feature) = feature != Feature::LambertOnly;
     }
     features
 }
@@ -76,7 +60,11 @@ fn s01_general_kernels_make_the_same_picture() {
             assert!(mean.abs() <= 1e-5, "{name}: means differ by {mean:e}");
         } else {
             // Rounding sent some paths another way; then only statistics can tell, with samples of their own.
-            let again = RenderOptions { seed: 1, features: Some(everything()), ..options(SIZE, 256) };
+            let again = RenderOptions {
+                view: View { seed: 1, ..options(SIZE, 256).view },
+                features: Some(everything()),
+                ..options(SIZE, 256)
+            };
             let special = render(&scene, options(SIZE, 256)).picture;
             assert_same_light(name, &render(&scene, again).picture, &special);
         }
@@ -94,7 +82,7 @@ fn s01_general_bidirectional_kernels_make_the_same_picture() {
         let scene = builtin(name).expect("a built-in scene");
         let mut features = everything();
         features.lambert_only = true;
-        for name in ["transmission", "rough_transmission", "absorption"] {
+        for name in [Feature::Transmission, Feature::RoughTransmission, Feature::Absorption] {
             *switch(&mut features, name) = false;
         }
         let special = RenderOptions { method, ..options(SIZE, 16) };
@@ -131,7 +119,7 @@ fn s01_lambert_vertices_make_the_same_picture() {
         ),
     ] {
         let scene = builtin(name).expect("a built-in scene");
-        let settings = Settings { subspaces: Some(24), connections: 2, ..Settings::default() };
+        let settings = Settings { subspaces: Some(24), ..Settings::default() };
         let training = Training { paths: Some(4000), settings, ..Training::default() };
         let options = RenderOptions { method, training, ..options(SIZE, 8) };
         let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");
@@ -204,7 +192,8 @@ fn with_picture(mut scene: Scene, width: u32, texels: Vec<[u8; 4]>) -> Scene {
 }
 
 /// The least scene for each switch, what must be on for it, and the switch that is turned the wrong way.
-fn cases() -> Vec<(&'static str, Vec<&'static str>, Scene)> {
+fn cases() -> Vec<(Feature, Vec<Feature>, Scene)> {
+    use Feature::*;
     let mut glossy = scene([(Material { roughness: 0.3, ..Material::default() }, floor())]);
     glossy.environment = Some(fading_sky());
     glossy.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
@@ -229,29 +218,21 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>, Scene)> {
     poster.cameras = glossy.cameras.clone();
 
     vec![
-        ("lambert_only", vec!["environment"], glossy),
-        ("transmission", vec!["transmission", "area_lights"], before_a_lamp(glass(0.0))),
-        (
-            "rough_transmission",
-            vec!["transmission", "rough_transmission", "area_lights"],
-            before_a_lamp(glass(0.4)),
-        ),
-        ("absorption", vec!["transmission", "absorption", "area_lights"], before_a_lamp(coloured)),
-        ("alpha", vec!["lambert_only", "alpha", "area_lights"], before_a_lamp(absent)),
-        ("textures", vec!["lambert_only", "textures", "uv0", "punctual_lights"], half_black(0)),
-        ("uv0", vec!["lambert_only", "textures", "uv0", "punctual_lights"], half_black(0)),
-        ("uv1", vec!["lambert_only", "textures", "uv1", "punctual_lights"], half_black(1)),
-        ("normals", vec!["lambert_only", "normals", "punctual_lights"], under_the_sun(grey(0.5), bent)),
-        ("normal_map", vec!["lambert_only", "textures", "normal_map", "uv0", "punctual_lights"], mapped),
-        (
-            "vertex_colors",
-            vec!["lambert_only", "vertex_colors", "punctual_lights"],
-            under_the_sun(grey(0.5), painted),
-        ),
-        ("area_lights", vec!["lambert_only", "area_lights"], panel),
-        ("unlit", vec!["lambert_only", "area_lights", "unlit"], poster),
-        ("punctual_lights", vec!["lambert_only", "punctual_lights"], under_the_sun(grey(0.5), floor())),
-        ("environment", vec!["lambert_only", "environment"], matte),
+        (LambertOnly, vec![Environment], glossy),
+        (Transmission, vec![Transmission, AreaLights], before_a_lamp(glass(0.0))),
+        (RoughTransmission, vec![Transmission, RoughTransmission, AreaLights], before_a_lamp(glass(0.4))),
+        (Absorption, vec![Transmission, Absorption, AreaLights], before_a_lamp(coloured)),
+        (Alpha, vec![LambertOnly, Alpha, AreaLights], before_a_lamp(absent)),
+        (Textures, vec![LambertOnly, Textures, Uv0, PunctualLights], half_black(0)),
+        (Uv0, vec![LambertOnly, Textures, Uv0, PunctualLights], half_black(0)),
+        (Uv1, vec![LambertOnly, Textures, Uv1, PunctualLights], half_black(1)),
+        (Normals, vec![LambertOnly, Normals, PunctualLights], under_the_sun(grey(0.5), bent)),
+        (NormalMap, vec![LambertOnly, Textures, NormalMap, Uv0, PunctualLights], mapped),
+        (VertexColors, vec![LambertOnly, VertexColors, PunctualLights], under_the_sun(grey(0.5), painted)),
+        (AreaLights, vec![LambertOnly, AreaLights], panel),
+        (Unlit, vec![LambertOnly, AreaLights, Unlit], poster),
+        (PunctualLights, vec![LambertOnly, PunctualLights], under_the_sun(grey(0.5), floor())),
+        (Environment, vec![LambertOnly, Environment], matte),
     ]
 }
 
@@ -275,54 +256,74 @@ fn s02_a_feature_wrongly_off_is_seen() {
     }
 }
 
+/// A scene whose only emitter has no area is black by every method, also where the features say that it emits.
+#[test]
+fn s03_an_emitter_without_area_is_no_light() {
+    let point = shapes::quad(DVec3::ONE, DVec3::ZERO, DVec3::ZERO);
+    let line = shapes::quad(DVec3::ONE, DVec3::X, 2.0 * DVec3::X);
+    let mut dark = scene([(grey(0.5), floor()), (lamp(1.0), point), (lamp(1.0), line)]);
+    dark.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
+    let features = SceneFeatures::of(&dark);
+    assert!(!features.lights(), "{features:?}");
+    let forced = SceneFeatures { area_lights: true, ..features };
+    for descriptor in METHODS {
+        for features in [None, Some(forced)] {
+            let options =
+                RenderOptions { method: descriptor.default_method(), features, ..options([4, 4], 1) };
+            let shot = render(&dark, options);
+            assert_eq!(shot.report.lights, 0, "{}", descriptor.name);
+            assert!(shot.picture.rgb.iter().flatten().all(|&c| c == 0.0), "{}", descriptor.name);
+        }
+    }
+}
+
+/// Light that is nothing in f32 beside the strongest is left out, whatever its kind.
+#[test]
+fn s03_light_that_is_too_weak_for_f32_is_left_out() {
+    let panel = shapes::quad(DVec3::new(-1.0, 2.0, -1.0), DVec3::X, DVec3::Z);
+    let mut strong = scene([(grey(0.5), floor()), (lamp(1e30), panel)]);
+    strong.environment = Some(Environment { scale: 1e-30, ..fading_sky() });
+    strong.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 3.0, 1.0), DVec3::ZERO, 20.0));
+    let shot = render(&strong, options([4, 4], 16));
+    assert_eq!(shot.report.lights, 2, "the panel's triangles alone");
+}
+
 #[test]
 fn s03_features_follow_from_the_scene() {
-    let names = |scene: &Scene| SceneFeatures::of(scene).names().into_iter().collect::<Vec<_>>();
-    let sorted = |mut names: Vec<&'static str>| {
-        names.sort_unstable();
-        names
+    use Feature::*;
+    let on = |scene: &Scene| -> Vec<Feature> {
+        let mut features = SceneFeatures::of(scene);
+        Feature::of_scenes().filter(|&feature| *switch(&mut features, feature)).collect()
     };
     let cases = cases();
     for (name, expected, scene) in &cases {
-        assert_eq!(names(scene), sorted(expected.clone()), "{name}");
+        assert_eq!(on(scene), *expected, "{name}");
     }
-    let all: Vec<&str> = SceneFeatures::default().table().into_iter().map(|(name, _)| name).collect();
-    let mut covered: Vec<&str> = cases.iter().map(|(name, ..)| *name).collect();
-    covered.sort_by_key(|name| all.iter().position(|other| other == name));
-    assert_eq!(covered, all, "every switch has its scene");
+    let mut covered: Vec<Feature> = cases.iter().map(|(feature, ..)| *feature).collect();
+    covered.sort_unstable();
+    assert_eq!(covered, Feature::of_scenes().collect::<Vec<_>>(), "every switch has its scene");
 
     for (name, expected) in [
-        ("cornell", vec!["lambert_only", "area_lights"]),
-        ("furnace-sphere", vec!["lambert_only", "area_lights"]),
-        ("glass-slab", vec!["transmission", "textures", "uv0", "environment"]),
-        (
-            "spheres",
-            vec![
-                "transmission",
-                "rough_transmission",
-                "textures",
-                "normals",
-                "uv0",
-                "area_lights",
-                "environment",
-            ],
-        ),
-        ("three-lights", vec!["lambert_only", "normals", "area_lights", "punctual_lights", "environment"]),
-        ("bumpy-plane", vec!["lambert_only", "textures", "normals", "normal_map", "uv0", "area_lights"]),
+        ("cornell", vec![LambertOnly, AreaLights]),
+        ("furnace-sphere", vec![LambertOnly, AreaLights]),
+        ("glass-slab", vec![Transmission, Textures, Uv0, Environment]),
+        ("spheres", vec![Transmission, RoughTransmission, Textures, Normals, Uv0, AreaLights, Environment]),
+        ("three-lights", vec![LambertOnly, Normals, AreaLights, PunctualLights, Environment]),
+        ("bumpy-plane", vec![LambertOnly, Textures, Normals, NormalMap, Uv0, AreaLights]),
     ] {
-        assert_eq!(names(&builtin(name).expect("a built-in scene")), sorted(expected), "{name}");
+        assert_eq!(on(&builtin(name).expect("a built-in scene")), expected, "{name}");
     }
 
     // What no triangle uses is not required.
     let mut unused = scene([(grey(0.5), floor())]);
     unused.materials.extend([glass(0.5), lamp(1.0), Material { unlit: true, ..grey(1.0) }]);
     unused.meshes.push(Mesh { material: 1, ..Mesh::default() });
-    assert_eq!(names(&unused), ["lambert_only"]);
+    assert_eq!(on(&unused), [LambertOnly]);
     // Lamps that are off, volumes that absorb nothing, lambertian textures.
-    assert_eq!(names(&scene([(lamp(0.0), floor())])), ["lambert_only"]);
-    assert_eq!(names(&scene([(glass(0.0), floor())])), ["transmission"]);
-    assert_eq!(names(&Scene::default()), ["lambert_only"]);
+    assert_eq!(on(&scene([(lamp(0.0), floor())])), [LambertOnly]);
+    assert_eq!(on(&scene([(glass(0.0), floor())])), [Transmission]);
+    assert_eq!(on(&Scene::default()), [LambertOnly]);
     let mut mesh = floor();
     mesh.uvs[0] = Some(vec![Vec2::ZERO; 4]);
-    assert_eq!(names(&scene([(grey(0.5), mesh)])), ["lambert_only"], "coordinates that no texture reads");
+    assert_eq!(on(&scene([(grey(0.5), mesh)])), [LambertOnly], "coordinates that no texture reads");
 }

@@ -1,5 +1,7 @@
 //! Sums of splats in fixed point: nothing is lost, nothing depends on the order (N-19).
 
+use halfway::device::Feature;
+
 use crate::gpu;
 use crate::random::Stream;
 
@@ -26,7 +28,7 @@ fn added(contributions: &[[f32; 3]], pixels: usize) -> Vec<[u32; WORDS]> {
     );
     let output = gpu::run(
         &kernel,
-        &["splats_atomic"],
+        &[Feature::SplatsAtomic],
         &[("contributions", bytemuck::cast_slice(contributions.as_flattened()))],
         &[("splats", pixels * WORDS * 4)],
         contributions.len() as u32,

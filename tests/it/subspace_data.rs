@@ -1,8 +1,9 @@
 //! Made-up training sets: a box in which light goes from every place to the opposite one, mostly.
 
 use glam::Vec3;
+use halfway::device::scene::{LightSourceInfo, SourceKind};
 use halfway::subspace::{
-    Feature, LightEnd, LightSample, LightSourceInfo, Settings, SourceKind, TrainingNode, TrainingPath,
+    Feature, LightEnd, LightSample, Settings, SubspaceError, TrainingInput, TrainingNode, TrainingPath,
     TrainingSet,
 };
 
@@ -19,16 +20,20 @@ pub struct Data {
 
 impl Data {
     pub fn train(&self, settings: &Settings) -> halfway::subspace::Model {
-        let settings = settings.clone();
-        let result = halfway::subspace::train(
-            &self.set,
-            &self.light_samples,
-            self.light_paths,
-            &self.lights,
-            7,
-            settings,
-        );
-        result.expect("a model")
+        self.try_train(settings).expect("a model")
+    }
+
+    pub fn try_train(&self, settings: &Settings) -> Result<halfway::subspace::Model, SubspaceError> {
+        let input = TrainingInput {
+            set: &self.set,
+            light_samples: &self.light_samples,
+            light_paths: self.light_paths,
+            lights: &self.lights,
+            scene_hash: 7,
+            connections: 3,
+            seed: 0,
+        };
+        halfway::subspace::train(&input, settings.clone())
     }
 }
 

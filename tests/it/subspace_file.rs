@@ -9,14 +9,14 @@ fn model() -> Model {
         subspaces: Some(20),
         optimiser: Optimiser::Mirror,
         direction_weight: 0.3,
-        seed: 1 << 40,
         smoothing: Some(0.25),
         ..Settings::default()
     };
-    data(1000, 1).train(&settings)
+    // A seed that needs more than 32 bits.
+    Model { seed: 1 << 40, ..data(1000, 1).train(&settings) }
 }
 
-/// What the file says when its bytes were changed like that.
+/// What reading the file gives when its bytes were changed like that.
 fn load(model: &Model, change: impl Fn(&mut Vec<u8>)) -> Result<Model, SubspaceError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.subspaces");

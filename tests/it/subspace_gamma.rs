@@ -43,14 +43,14 @@ fn n23_gradient_is_the_difference_quotient() {
     assert!(gradient.len() > 200);
     // Five points: L is some ten thousand times larger than most derivatives, so h cannot be small.
     let h = 5e-5;
-    for (cell, g) in gradient.into_iter().enumerate() {
+    for (entry, g) in gradient.into_iter().enumerate() {
         let moved = |by: f64| {
             let mut q = q.to_vec();
-            q[cell] += by;
+            q[entry] += by;
             problem.loss(&q)
         };
         let quotient = (8.0 * (moved(h) - moved(-h)) - (moved(2.0 * h) - moved(-2.0 * h))) / (12.0 * h);
-        assert!((quotient - g).abs() <= 1e-6 * g.abs(), "cell {cell}: {g} and {quotient}");
+        assert!((quotient - g).abs() <= 1e-6 * g.abs(), "entry {entry}: {g} and {quotient}");
     }
 }
 
@@ -117,7 +117,7 @@ fn n22_no_unit_of_the_loss() {
     }
 }
 
-/// Few paths and many cells: what helps the paths seen harms the others. MM, which goes down fastest, shows it first.
+/// Few paths and many entries: what helps the paths seen harms the others. MM, which goes down fastest, shows it first.
 #[test]
 fn held_out_paths_stop_the_optimisation() {
     let over_fitting = problem(60, 1500, 1.0, |_| 1.0, 0.2);
@@ -192,7 +192,7 @@ fn smoothing_is_the_mean_of_neighbours() {
     }
 }
 
-/// Without paths that judge there is no choice, and neighbours tell nothing.
+/// Without paths that judge there is no choice, and neighbours do not count.
 #[test]
 fn held_out_paths_choose_the_smoothing() {
     let even = vec![1.0 / 60.0; 60];

@@ -1,8 +1,9 @@
 //! Labels of points on lights.
 
 use glam::Vec3;
+use halfway::device::scene::{LightSourceInfo, SourceKind};
+use halfway::subspace::SourceLabels;
 use halfway::subspace::sources::label_sources;
-use halfway::subspace::{LightSourceInfo, SourceKind, SourceLabels};
 
 use crate::subspace_data::lights;
 

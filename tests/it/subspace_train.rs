@@ -1,13 +1,13 @@
 //! From training paths to a model.
 
 use halfway::subspace::{
-    LightEnd, LightSample, Model, Optimiser, Settings, SubspaceError, TrainingSet, normaliser, prepare, train,
+    LightEnd, LightSample, Model, Optimiser, Settings, SubspaceError, TrainingSet, normaliser, prepare,
 };
 
 use crate::subspace_data::{Data, data};
 
 fn settings(subspaces: u32) -> Settings {
-    Settings { subspaces: Some(subspaces), connections: 3, ..Settings::default() }
+    Settings { subspaces: Some(subspaces), ..Settings::default() }
 }
 
 /// The data with contributions and |f_y| in another unit: masses and light weights scale with f_y, so does f.
@@ -182,7 +182,7 @@ fn held_out_paths_teach_nothing() {
     let original = data(3000, 11);
     // The smoothing is for them to choose.
     let settings = Settings { max_steps: 0, smoothing: Some(0.2), ..settings(30) };
-    let weighed = prepare::weigh(&original.set, original.lights.len(), &settings).unwrap();
+    let weighed = prepare::weigh(&original.set, original.lights.len(), &settings, 0).unwrap();
     let held_out = weighed.paths.iter().filter(|path| path.held_out).count();
     assert!((250..350).contains(&held_out), "{held_out} of 3000");
     let mut other = data(3000, 11);
@@ -211,9 +211,7 @@ fn without_paths_there_is_power() {
     assert_eq!(model.subspaces, 2);
     check_shape(&model, &data);
 
-    let try_train = |data: &Data, settings: Settings| {
-        train(&data.set, &data.light_samples, data.light_paths, &data.lights, 0, settings).unwrap_err()
-    };
+    let try_train = |data: &Data, settings: Settings| data.try_train(&settings).unwrap_err();
     data.light_samples.push(LightSample { end: LightEnd::Source { light: 5, at: [0.0; 2] }, weight: 1.0 });
     let error = try_train(&data, Settings::default());
     assert!(matches!(error, SubspaceError::UnknownLight { light: 5, count: 5 }));
@@ -255,7 +253,7 @@ fn fresh_loss(fresh: &Data, model: &Model, gamma: &dyn Fn(usize, usize) -> f64) 
     sum
 }
 
-/// Where paths are few, what neighbours have learnt says more than they do; where there are many, what
+/// Where paths are few, what neighbours have learnt is worth more than they are; where there are many, what
 /// chance makes of the choice does little harm.
 #[test]
 fn smoothing_helps_where_paths_are_few() {

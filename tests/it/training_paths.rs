@@ -3,8 +3,7 @@
 use halfway::accel::Accel;
 use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
-use halfway::film::Region;
-use halfway::integrator::{DEFAULT_ROULETTE_CAP, Method, Settings, SpcBpt};
+use halfway::integrator::{DEFAULT_ROULETTE_CAP, Method, Settings, SpcBpt, View};
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace;
@@ -26,24 +25,18 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let camera = Camera::new(&device.unit, &scene.cameras[0], width, height);
     let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: CONNECTIONS, light_tracing: false });
     let settings = Settings {
-        width,
-        height,
-        region: Region::whole(width, height),
-        max_depth: None,
-        roulette_cap,
-        seed: 3,
+        view: View { roulette_cap, seed: 3, ..View::sized(width, height) },
         method,
         strategy: None,
         first_hit: false,
         timing: false,
     };
-    let learning =
-        subspace::Settings { subspaces: Some(12), connections: CONNECTIONS, ..subspace::Settings::default() };
+    let learning = subspace::Settings { subspaces: Some(12), ..subspace::Settings::default() };
     let training = Training { settings: learning, ..Training::default() };
-    let lesson = TrainingTask::new(context, &device, &camera, settings, 0, &training).expect("lights");
-    let trained = train(&lesson, |_| false).expect("light to learn from");
+    let task = TrainingTask::new(context, &device, &camera, settings, 0, &training);
+    let trained = train(&task, |_| false).expect("light to learn from");
     let model = &trained.model;
-    let set = find_training_paths(&lesson, model).expect("more paths");
+    let set = find_training_paths(&task, model).expect("more paths");
     let mut worst = 0.0f64;
     let mut lengths = [0; 12];
     for index in 0..set.paths().len() {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halfway::accel::Accel;
-use halfway::device::layout;
+use halfway::device::{Feature, layout};
 use halfway::scene::{Material, Mesh, Scene};
 
 use crate::gpu;
@@ -42,7 +42,7 @@ pub fn device_triangle(vertices: [Vec3; 3], flipped: bool) -> layout::Triangle {
 }
 
 /// A kernel that traces each ray; `features` may hold `any_hit`.
-fn run(accel: &Accel, rays: &[Ray], features: &[&'static str]) -> Vec<layout::Hit> {
+fn run(accel: &Accel, rays: &[Ray], features: &[Feature]) -> Vec<layout::Hit> {
     let kernel = format!(
         "#import lib/traverse
         struct TestRay {{ origin: vec3f, t_max: f32, direction: vec3f, pad: u32 }}
@@ -60,7 +60,7 @@ fn run(accel: &Accel, rays: &[Ray], features: &[&'static str]) -> Vec<layout::Hi
     let mut features = features.to_vec();
     // The same rule as the renderer's, with the deep stack for any tree that the ordinary one may not hold.
     if accel.depth > 16 {
-        features.push("deep_tree");
+        features.push(Feature::DeepTree);
     }
     let triangles: Vec<layout::Triangle> =
         accel.triangles.iter().map(|t| device_triangle(t.vertices, t.flipped)).collect();
@@ -81,7 +81,7 @@ pub fn closest(accel: &Accel, rays: &[Ray]) -> Vec<layout::Hit> {
 
 /// Whether every ray hits anything.
 pub fn any(accel: &Accel, rays: &[Ray]) -> Vec<bool> {
-    run(accel, rays, &["any_hit"]).iter().map(|hit| hit.triangle != NO_TRIANGLE).collect()
+    run(accel, rays, &[Feature::AnyHit]).iter().map(|hit| hit.triangle != NO_TRIANGLE).collect()
 }
 
 /// A sphere of `rings` x `segments` quadrangles between poles, halved into triangles; every vertex shared.

@@ -4,7 +4,7 @@ use glam::{Affine2, DVec2, DVec3, Vec2, Vec3};
 use halfway::accel::Accel;
 use halfway::device::layout::{self, Batch, Counts, PathRay, SAMPLES_A_GROUP};
 use halfway::device::scene::DeviceScene;
-use halfway::device::{BufferTable, Kernel};
+use halfway::device::{BufferTable, Feature, Kernel};
 use halfway::math::rng::{RandomKey, random4, uniform_from_word};
 use halfway::scene::builtin::shapes::looking_at;
 use halfway::scene::{Camera, Filter, Image, Mesh, Projection, SceneFeatures, Texture, TextureRef, Wrap};
@@ -129,7 +129,7 @@ fn c15_surface_point() {
         [("triangles", bytemuck::cast_slice(&device)), ("shares", bytemuck::cast_slice(&shares))];
     let output = gpu::run(
         kernel,
-        &["lambert_only"],
+        &[Feature::LambertOnly],
         &inputs,
         &[("points", triangles.len() * 32)],
         triangles.len() as u32,
@@ -173,9 +173,8 @@ fn c15_camera_rays() {
     let accel = Accel::build(&scene).expect("a BVH");
     let device_scene =
         DeviceScene::new(context, &scene, &accel, SceneFeatures::of(&scene)).expect("a device scene");
-    let kernel =
-        Kernel::new(context, "camera_rays", &device_scene.kernel_features(), &device_scene.constants)
-            .expect("a kernel");
+    let kernel = Kernel::new(context, "camera_rays", device_scene.kernel_features(), &device_scene.constants)
+        .expect("a kernel");
     let [width, height] = [64, 48];
     let batch = Batch {
         width,
@@ -311,8 +310,13 @@ fn c15_texture_lookup() {
         }";
     let inputs: [(&str, &[u8]); 3] =
         [("texture_slots", &slots), ("texels", &texels), ("queries", bytemuck::cast_slice(&queries))];
-    let output =
-        gpu::run(kernel, &["textures"], &inputs, &[("values", queries.len() * 16)], queries.len() as u32);
+    let output = gpu::run(
+        kernel,
+        &[Feature::Textures],
+        &inputs,
+        &[("values", queries.len() * 16)],
+        queries.len() as u32,
+    );
     let values: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&output[0]);
     let mut skipped = 0;
     for (query, value) in queries.iter().zip(values) {

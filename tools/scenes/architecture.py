@@ -39,7 +39,7 @@ def grid_lines(holes, *ends):
 
 def wall(length, height, thick, openings=(), below=0.0):
     """A wall along x from 0, up from -`below`, its front at z = 0 and its back at -`thick`; `openings` are
-    (left, right, bottom, top). Texture coordinates are metres, begun anew for each of its pieces."""
+    (left, right, bottom, top). Texture coordinates are metres, from zero again for each of its pieces."""
     # A doorway leaves no wall under the floor, in one plane with it.
     holes = [(left, bottom if bottom > 0 else -below, right, top) for left, right, bottom, top in openings]
     xs, ys = grid_lines(holes, (0, length), (-below, height))

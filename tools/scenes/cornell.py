@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes scenes/cornell.glb: the Cornell box by its published measures, the easy control of the benchmark. All of it is
+"""Makes scenes/cornell.glb: the Cornell box with its published measures, the easy control of the benchmark. All of it is
 Lambert, the lamp lights most of what is seen directly: nothing here is worth learning, so it shows what a method costs.
 
     python3 tools/scenes/cornell.py [OUT.glb]

@@ -106,7 +106,7 @@ def lamps(glb, m):
 
 
 def laid(glb, m, rng, parts, name, x, z, turn):
-    """One place at the table, seen by who sits there; everything a little off."""
+    """One place at the table, as seen from its chair; everything a little off."""
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     for what, wear, dx, dz, lift, askew in (
             ("plate", "china", 0, 0, 0, 0), ("bowl", "china", 0, 0, 0.006, 0), ("fork", "silver", -0.185, 0.02, 0, 3),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes scenes/door.glb: an old dining room at night, lit only through the door that somebody left ajar.
+"""Makes scenes/door.glb: an old dining room at night, lit only through a door ajar.
 
 The room behind the door has the lamps, and they shine at its ceiling. Light gets here after at least two bounces
 through a gap of two hand's breadths, so a path from the camera must find the gap and then a lamp's bowl; paths from

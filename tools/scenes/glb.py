@@ -41,7 +41,7 @@ class Glb:
         return self._append("accessors", accessor)
 
     def _geometry(self, m, textured):
-        """Accessors of a mesh, written once however many materials wear it."""
+        """Accessors of a mesh, written once for all materials that use it."""
         key = (id(m), textured)
         if key not in self.shared:
             attributes = dict(POSITION=self._vertices(m["positions"], "VEC3", bounds=True))

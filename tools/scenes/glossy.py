@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes scenes/glossy.glb: a still life of polished metal in a dim studio, whose lamps shine at metal sheets, not at
 the table. Nearly every light path goes by two or more narrow lobes, so that a connection between given vertices is
-worth next to nothing: the honest failure case of methods that connect.
+worth next to nothing: the failure case of methods that connect.
 
     python3 tools/scenes/glossy.py [OUT.glb]
 """

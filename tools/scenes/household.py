@@ -1,5 +1,4 @@
-"""What people hang up, lay down and leave about: cloths, pictures, books, clothes. `furniture.py` says what a piece
-is."""
+"""Small things of a household: cloths, pictures, books, clothes. `furniture.py` defines what a piece is."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Lamps. `furniture.py` says what a piece is; what shines is the part `bulb`."""
+"""Lamps. `furniture.py` defines what a piece is; the part `bulb` shines."""
 
 import numpy as np
 

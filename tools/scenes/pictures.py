@@ -1,4 +1,4 @@
-"""Textures for our scenes, as (height, width, 3) arrays in [0, 1], sRGB unless said otherwise."""
+"""Textures for our scenes, as (height, width, 3) arrays in [0, 1], sRGB unless stated otherwise."""
 
 import struct
 import zlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes scenes/sponza.glb: a courtyard with arcades in two storeys, after the atrium that everybody renders. Sky and a
+"""Makes scenes/sponza.glb: a courtyard with arcades in two storeys, after the well-known atrium. Sky and a
 little sun come in from above; the camera stands in the gallery, where nearly all light has been reflected off the
 court, its walls and the cloths that hang there: many surfaces matter, each to other parts of the picture. Wholly
 Lambert.

@@ -11,7 +11,7 @@ use super::speed::NormalisedClock;
 use crate::film::metric::{self, Errors};
 use crate::film::{FilmError, Picture};
 use crate::math::curve;
-use crate::render::{Budget, Progress, RenderError, Renderer, Report, Stop};
+use crate::render::{Budget, Progress, RenderError, Renderer, Report, Stop, TimeLimit};
 
 pub use summary::{
     ErrorCalibration, Estimate, Summary, Target, Typical, front, summary, time_to, typical, value_at,
@@ -54,7 +54,7 @@ impl Goal {
 
 impl Plan {
     pub fn budget(&self) -> Budget {
-        Budget { time: self.time, samples: self.samples, error: None }
+        Budget { time: self.time.map(TimeLimit::Total), samples: self.samples, error: None }
     }
 
     /// The next look at a render that goes on to its goal: there are more of them, so that it ends soon after, the same for
@@ -184,7 +184,7 @@ pub fn measure(
     clock: &mut NormalisedClock,
     mut interrupted: impl FnMut(&Progress) -> bool,
 ) -> Result<Option<Vec<Point>>, RenderError> {
-    let before = renderer.report()?.preprocessing_seconds;
+    let before = renderer.learning_time().total.as_secs_f64();
     let preprocessing_work = clock.work(before)?;
     let mut points: Vec<Point> = Vec::new();
     let mut looks = plan.looks();
@@ -198,7 +198,7 @@ pub fn measure(
         let Some(samples) = next else { break };
         let time = goal.map(|goal| goal.longest).or(plan.time);
         // The clock runs in `run` alone.
-        renderer.set_budget(Budget { samples: Some(samples), time, error: None });
+        renderer.set_budget(Budget { samples: Some(samples), time: time.map(TimeLimit::Total), error: None });
         let (stop, work) = loop {
             let mut given_up = false;
             let stop = renderer.run(|progress| {

@@ -3,12 +3,15 @@
 use thiserror::Error;
 
 use crate::fault::Fault;
+use crate::scene::ViewpointError;
 
 /// Arguments that do not go together, or with the scene.
 #[derive(Debug, Error)]
 pub enum InputError {
     #[error("{0}")]
     Usage(String),
+    #[error(transparent)]
+    Viewpoint(#[from] ViewpointError),
 }
 
 impl InputError {
@@ -16,6 +19,7 @@ impl InputError {
     pub fn fault(&self) -> Fault {
         match self {
             Self::Usage(_) => Fault::Input,
+            Self::Viewpoint(error) => error.fault(),
         }
     }
 }

@@ -1,24 +1,33 @@
 //! The arguments that say how light is transported, shared by the subcommands that render.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::InputError;
+use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
 use crate::integrator::{DEFAULT_CONNECTIONS, Descriptor, MAX_CONNECTIONS, METHODS, Method};
-use crate::subspace::{Optimiser, Settings, SubspaceError};
-use crate::training::{LONG_RENDER_ROUNDS, Training, When};
+use crate::subspace::{Model, Optimiser, Settings, SubspaceError};
+use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
+
+/// Rounds of a first look.
+const DRAFT_ROUNDS: u32 = 2;
 
 /// What is worth more: to see something soon, or little noise in the end. What is set by itself goes before. Connections
 /// and light paths are the same in all: docs/knobs.md shows no other number of them to be better, early or late.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Quality {
-    /// Two lessons at most: the first picture comes in half the time.
+    #[value(help = format!("At most {DRAFT_ROUNDS} rounds of learning: the first picture comes in half the time"))]
     Draft,
-    /// Up to five lessons, in a render that is long enough up to seven, as long as the last one was worth it.
     #[default]
+    #[value(help = format!("Up to {DEFAULT_ROUNDS} rounds, in a render that is long enough up to {LONG_RENDER_ROUNDS}, \
+                            as long as the last one was worth it"))]
     Normal,
-    /// Seven lessons, however little the last one taught, of up to six million connections, however short the render.
+    #[value(help = format!("{LONG_RENDER_ROUNDS} rounds, the last of them from many more paths, however little they teach \
+                            and however short the render; about a gigabyte of memory"))]
     High,
 }
 
@@ -26,7 +35,7 @@ impl Quality {
     fn training(self) -> Training {
         let normal = Training::default();
         match self {
-            Self::Draft => Training { lessons: Some(2), ..normal },
+            Self::Draft => Training { rounds: Some(DRAFT_ROUNDS), ..normal },
             Self::Normal => normal,
             Self::High => normal.with_rounds(LONG_RENDER_ROUNDS),
         }
@@ -40,20 +49,23 @@ pub struct MethodArgs {
     #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = METHODS[0].name)]
     integrator: &'static Descriptor,
     /// Light paths for each sample of the whole picture; a few samples may share theirs (default: lvcbpt and spcbpt a
-    /// quarter of the pixels, light all of them).
+    /// quarter of the number of pixels, light as many as pixels).
     #[arg(long, value_name = "M")]
     light_paths: Option<u32>,
-    /// Connections of each vertex of an eye path to the light vertex cache (lvcbpt, spcbpt).
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N",
+          help = format!("Connections of each vertex of an eye path to the light vertex cache, 1 to {MAX_CONNECTIONS} \
+                          (lvcbpt, spcbpt; default: {DEFAULT_CONNECTIONS})"))]
     connections: Option<u32>,
     /// Connect light paths to the camera as well (bdpt, lvcbpt, spcbpt): finds caustics.
     #[arg(long)]
     light_tracing: bool,
-    /// When spcbpt learns (default: meanwhile on a GPU that has no number of samples to reach, else first).
-    #[arg(long, value_enum, conflicts_with = "train_paths", help_heading = LEARNING)]
+    /// When spcbpt learns (default: meanwhile on a GPU unless --spp is given, else first). Only first makes the same
+    /// picture again.
+    #[arg(long, value_enum, value_name = "WHEN", conflicts_with = "train_paths", help_heading = LEARNING)]
     learn: Option<When>,
     /// How much spcbpt learns, for a first look or for a last one.
-    #[arg(long, value_enum, default_value_t, conflicts_with = "train_paths", help_heading = LEARNING)]
+    #[arg(long, value_enum, value_name = "LEVEL", default_value_t, conflicts_with = "train_paths",
+          help_heading = LEARNING)]
     quality: Quality,
     #[command(flatten)]
     learning: LearnArgs,
@@ -66,20 +78,21 @@ const LEARNING: &str = "Learning (spcbpt)";
 #[derive(Args, Debug)]
 pub struct LearnArgs {
     /// Learn, as published, from so many full paths that path tracing finds. By default it learns from the paths that
-    /// connections by subspaces find, by what earlier ones taught: much sooner where light is hard to find.
+    /// connections by subspaces find, guided by the rounds before: much sooner where light is hard to find.
     #[arg(long, value_name = "N", help_heading = LEARNING)]
     train_paths: Option<u32>,
-    /// How often it learns anew from the paths that it has found, at most (default: up to 5 times, in a render that is
-    /// long enough up to 7, as long as the last lesson was worth it).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), conflicts_with = "train_paths",
-          help_heading = LEARNING)]
-    lessons: Option<u32>,
+    #[arg(long, alias = "lessons", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16),
+          conflicts_with = "train_paths", help_heading = LEARNING,
+          help = format!("Rounds of learning, each from all paths that were found by then, however little they gain \
+                          (default: up to {DEFAULT_ROUNDS}, in a render that is long enough up to {LONG_RENDER_ROUNDS}, as \
+                          long as the last one was worth it)"))]
+    rounds: Option<u32>,
     /// Subspaces that sub-paths are sorted into, on the eye's and on the light's side (default: as many as the
     /// training paths can teach).
     #[arg(long, value_name = "K", help_heading = LEARNING)]
     subspaces: Option<u32>,
     /// How Gamma is improved (default: mm).
-    #[arg(long, value_enum, help_heading = LEARNING)]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = LEARNING)]
     optimiser: Option<Optimiser>,
     #[arg(long, value_name = "SHARE", help_heading = LEARNING,
           help = format!("Share of the connections that goes evenly to all light subspaces, above 0 and at most 1 \
@@ -104,7 +117,7 @@ impl LearnArgs {
     fn given(&self) -> Option<&'static str> {
         let flags = [
             (self.train_paths.is_some(), "--train-paths"),
-            (self.lessons.is_some(), "--lessons"),
+            (self.rounds.is_some(), "--rounds"),
             (self.subspaces.is_some(), "--subspaces"),
             (self.optimiser.is_some(), "--optimiser"),
             (self.uniform_share.is_some(), "--uniform-share"),
@@ -115,15 +128,14 @@ impl LearnArgs {
         flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
     }
 
-    /// A preset, with what is given here and for so many connections of an eye vertex.
+    /// A preset, with what is given here.
     ///
     /// # Errors
     /// A setting out of its range.
-    pub fn training(&self, preset: Training, connections: u32) -> Result<Training, SubspaceError> {
+    pub fn training(&self, preset: Training) -> Result<Training, SubspaceError> {
         let default = preset.settings.clone();
         let settings = Settings {
             subspaces: self.subspaces,
-            connections,
             optimiser: self.optimiser.unwrap_or(default.optimiser),
             uniform_share: self.uniform_share.unwrap_or(default.uniform_share),
             smoothing: self.smoothing.or(default.smoothing),
@@ -133,8 +145,8 @@ impl LearnArgs {
         };
         settings.check()?;
         let training = Training { paths: self.train_paths, settings, ..preset };
-        Ok(match self.lessons {
-            Some(lessons) => training.with_rounds(lessons),
+        Ok(match self.rounds {
+            Some(rounds) => training.with_rounds(rounds),
             None => training,
         })
     }
@@ -223,9 +235,42 @@ impl MethodArgs {
         let preset = (self.quality != Quality::Normal).then_some("--quality");
         let given = self.learning.given().or(self.learn.and(Some("--learn"))).or(preset);
         self.refuse(given.unwrap_or_default(), Setting::Learning, given.is_some())?;
-        let connections = self.connections.unwrap_or(DEFAULT_CONNECTIONS);
-        let training = self.learning.training(self.quality.training(), connections);
+        let training = self.learning.training(self.quality.training());
         let training = training.map_err(|error| InputError::Usage(error.to_string()))?;
         Ok(Training { when: self.learn, ..training })
+    }
+}
+
+/// What was learnt before.
+#[derive(Args, Debug)]
+pub struct ModelArgs {
+    /// Connect by a model that `halfway train` wrote for this scene, in place of learning first (spcbpt).
+    #[arg(long, value_name = "FILE.model", conflicts_with_all = ["LearnArgs", "learn", "quality"],
+          help_heading = LEARNING)]
+    model: Option<PathBuf>,
+}
+
+impl ModelArgs {
+    /// Reads the model, if one is named.
+    ///
+    /// # Errors
+    /// A method that does not learn; a file that cannot be read, or is of another scene.
+    pub fn load(&self, scene_hash: u64, method: Method) -> Result<Option<Arc<Model>>, CliError> {
+        let Some(path) = &self.model else { return Ok(None) };
+        let plan = method.plan();
+        if !plan.learns() {
+            let usage = "--model is a setting of spcbpt; leave it out, or add --integrator spcbpt";
+            return Err(InputError::Usage(usage.into()).into());
+        }
+        let model = Model::load(path, scene_hash)?;
+        if model.connections != plan.connections {
+            // No error: unbiased all the same, only not the least noise.
+            log::info!(
+                "the model was trained for {} connections, this render has {}",
+                model.connections,
+                plan.connections
+            );
+        }
+        Ok(Some(Arc::new(model)))
     }
 }

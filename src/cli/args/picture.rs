@@ -2,25 +2,26 @@
 
 use clap::Args;
 
-use super::parse_size;
-use crate::device::DeviceChoice;
-use crate::film::tonemap::View;
-use crate::integrator::DEFAULT_ROULETTE_CAP;
+use super::{parse_probability, parse_size};
+use crate::device::{Context, DeviceChoice, DeviceError};
+use crate::film::tonemap::ViewTransform;
+use crate::integrator::{DEFAULT_ROULETTE_CAP, View};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
-/// Pixels of a picture that no size is given for, where the scene has no wish either.
+/// Pixels of a picture that no size is given for, where the scene asks for none either.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
 /// Where paths end.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct PathArgs {
-    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit).
+    /// Longest path, in surfaces: 1 sees lights only, 2 adds direct light (default: no limit, Russian roulette ends paths
+    /// without bias).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     max_depth: Option<u32>,
     #[arg(long, value_name = "Q", value_parser = parse_probability,
-          help = format!("Least probability that Russian roulette lets a path go on after a surface; above it, it is the \
-                          surface's albedo (default: {DEFAULT_ROULETTE_CAP})"))]
+          help = format!("Least probability with which Russian roulette lets a path go on after a surface; where the \
+                          surface's albedo is larger, it is that (default: {DEFAULT_ROULETTE_CAP})"))]
     roulette_cap: Option<f32>,
 }
 
@@ -28,31 +29,60 @@ impl PathArgs {
     /// The options with what is given here.
     pub fn apply(&self, options: RenderOptions) -> RenderOptions {
         RenderOptions {
-            max_depth: self.max_depth.or(options.max_depth),
-            roulette_cap: self.roulette_cap.unwrap_or(options.roulette_cap),
+            view: View {
+                max_depth: self.max_depth.or(options.view.max_depth),
+                roulette_cap: self.roulette_cap.unwrap_or(options.view.roulette_cap),
+                ..options.view
+            },
             ..options
         }
     }
 }
 
-fn parse_probability(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
-        _ => Err("a probability is a number above 0 and at most 1, such as 0.3".into()),
+/// What computes.
+#[derive(Args, Clone, Debug)]
+pub struct DeviceArgs {
+    /// Device by number or name as `halfway devices` lists them, or cpu; auto takes the fastest kind there is.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    device: DeviceChoice,
+}
+
+impl DeviceArgs {
+    /// Opens the device and, unless `quiet`, says which it is.
+    ///
+    /// # Errors
+    /// No such device.
+    pub fn open(&self, quiet: bool) -> Result<Context, DeviceError> {
+        let context = Context::new(&self.device)?;
+        if !quiet {
+            eprintln!("device: {}", context.describe());
+            if context.is_cpu() {
+                eprintln!("warning: this is a software device; a GPU renders many times faster");
+            }
+        }
+        Ok(context)
     }
+}
+
+/// What chance begins with.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct SeedArgs {
+    /// Seed of all random numbers: the same seed on the same device makes the same picture or model, bit for bit.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
 }
 
 /// How large the picture is, where its paths end, and what makes it.
 #[derive(Args, Clone, Debug)]
 pub struct PictureArgs {
-    /// Size of the picture in pixels (default: the scene's own wish, or 1280x720).
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size,
+          help = format!("Size of the picture in pixels (default: what the scene asks for, else {}x{})", DEFAULT_SIZE[0],
+                         DEFAULT_SIZE[1]))]
     size: Option<[u32; 2]>,
     #[command(flatten)]
     paths: PathArgs,
-    /// Device by number or name as `halfway devices` lists them, or cpu.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    pub device: DeviceChoice,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 impl PictureArgs {
@@ -64,7 +94,11 @@ impl PictureArgs {
     /// A render of the scene seen by one of its cameras, by default in all that is not said here.
     pub fn options(&self, scene: &Scene, camera: usize) -> RenderOptions {
         let [width, height] = self.size(scene);
-        self.paths.apply(RenderOptions { width, height, camera, ..RenderOptions::default() })
+        self.paths.apply(RenderOptions {
+            view: View { width, height, ..View::default() },
+            camera,
+            ..RenderOptions::default()
+        })
     }
 }
 
@@ -72,9 +106,9 @@ impl PictureArgs {
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ViewArgs {
     /// How scene light becomes colours on a screen or in a PNG.
-    #[arg(long, value_enum, default_value_t)]
-    pub view: View,
-    /// Exposure of these, in stops.
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub view: ViewTransform,
+    /// Exposure of the view, in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
 }

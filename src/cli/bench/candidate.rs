@@ -6,7 +6,7 @@ use super::scene::BenchScene;
 use crate::cli::args::InputError;
 use crate::cli::args::method::MethodArgs;
 use crate::cli::args::picture::PathArgs;
-use crate::integrator::{Descriptor, Method};
+use crate::integrator::{Descriptor, Method, View};
 use crate::render::RenderOptions;
 use crate::training::{Training, When};
 
@@ -60,9 +60,9 @@ impl Candidate {
 
     pub fn options(&self, subject: &BenchScene, seed: u64) -> RenderOptions {
         let options = RenderOptions {
+            view: View { seed, ..subject.options.clone().view },
             method: self.method,
             training: self.training.clone(),
-            seed,
             ..subject.options.clone()
         };
         self.paths.apply(options)

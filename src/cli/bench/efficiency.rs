@@ -13,6 +13,7 @@ use crate::cli::args::parse_duration;
 use crate::cli::text::{command_line, grouped, ratio, short, today};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
+use crate::integrator::View;
 use crate::render::{RenderOptions, Renderer, Report};
 
 /// What is measured and how, below the options of `--help`.
@@ -73,7 +74,7 @@ pub struct EfficiencyArgs {
 pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
     let keeper = args.reference.keeper()?;
-    let context = Context::new(&args.subject.picture.device)?;
+    let context = args.subject.picture.device.open(true)?;
     let (today, command) = (today(), command_line());
     let mut heading = Some(format!("## {today}, {}\n\n`{command}`", context.describe()));
     let mut results = Vec::new();
@@ -178,14 +179,14 @@ fn json_of(subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) -> ser
     json!({
         "scene": subject.name,
         "hash": format!("{:016x}", subject.hash),
-        "size": [subject.options.width, subject.options.height],
+        "size": [subject.options.view.width, subject.options.view.height],
         "reference": { "file": reference.path, "noise": reference.noise },
         "integrators": integrators,
     })
 }
 
 fn print_table(args: &EfficiencyArgs, subject: &BenchScene, reference: &ReferenceFile, rows: &[Row]) {
-    let RenderOptions { width, height, .. } = subject.options;
+    let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
     let origin = reference.origin();
     let noise = reference.noise.map_or("taken as exact, its noise is not known".into(), |noise| {
         format!("its own relMSE {} is subtracted", short(noise.relmse))

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 
 use crate::bench::rays::{RayBench, RaySet};
-use crate::cli::args::{SceneArgs, choose_camera, parse_size};
+use crate::cli::args::picture::DeviceArgs;
+use crate::cli::args::{CameraNameArgs, SceneArgs, parse_size};
 use crate::cli::{CliError, Exit};
-use crate::device::{Context, DeviceChoice};
 use efficiency::EfficiencyArgs;
 use reference::MakeReferenceArgs;
 use trade::TradeArgs;
@@ -45,14 +45,13 @@ struct RaysArgs {
     /// One primary ray for each pixel of this size.
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "512x512")]
     size: [u32; 2],
-    /// Which camera, by name or number.
-    #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
+    #[command(flatten)]
+    camera: CameraNameArgs,
     /// Seconds of tracing for each kind.
     #[arg(long, default_value_t = 2.0)]
     seconds: f64,
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    device: DeviceChoice,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Print JSON in place of the table.
     #[arg(long)]
     json: bool,
@@ -76,8 +75,8 @@ pub fn run(args: &BenchArgs, quiet: bool) -> Result<Exit, CliError> {
 
 fn rays(args: &RaysArgs) -> Result<Exit, CliError> {
     let mut scene = args.scene.load()?;
-    let camera = choose_camera(&mut scene, args.camera.as_deref())?;
-    let context = Context::new(&args.device)?;
+    let camera = args.camera.choose(&mut scene)?;
+    let context = args.device.open(true)?;
     let mut bench = RayBench::new(&context, &scene, camera, args.size)?;
     if let Some(folder) = &args.dump {
         std::fs::create_dir_all(folder).map_err(CliError::folder(folder))?;

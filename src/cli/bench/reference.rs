@@ -8,15 +8,16 @@ use clap::Args;
 use super::candidate::Candidate;
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::reference::{self, AccumulatedReference, Check, Pass, Reference};
-use crate::cli::args::{InputError, open_device, parse_duration};
+use crate::cli::args::{InputError, parse_duration};
 use crate::cli::progress::{install_interrupt, interrupted};
 use crate::cli::text::{grouped, short};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::film::metric::{self, ReferenceNoise};
 use crate::film::{Attribute, Picture, Region, exr};
+use crate::integrator::View;
 use crate::math::fnv::fnv;
-use crate::render::{Budget, RenderOptions, Renderer};
+use crate::render::{Budget, RenderOptions, Renderer, TimeLimit};
 
 /// Where neither time nor error is asked for.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
@@ -149,7 +150,7 @@ impl ReferenceFile {
 
     /// As what pictures of the whole are compared with.
     pub fn truth(&self, subject: &BenchScene) -> Reference<'_> {
-        let RenderOptions { width, height, .. } = subject.options;
+        let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         Reference { picture: &self.picture, region: Region::lattice(width, height, self.stride()) }
     }
 
@@ -229,7 +230,7 @@ impl ReferenceStore {
 
     /// The beginning of the names of all references of a scene and view.
     fn stem(&self, subject: &BenchScene) -> String {
-        let RenderOptions { width, height, camera, max_depth, .. } = subject.options;
+        let RenderOptions { view: View { width, height, max_depth, .. }, camera, .. } = subject.options;
         let depth = max_depth.map_or(String::new(), |depth| format!(".depth{depth}"));
         let stride = if self.stride > 1 { format!(".stride{}", self.stride) } else { String::new() };
         format!("{}-{width}x{height}{stride}-{:016x}-camera{camera}{depth}-", subject.name, subject.hash)
@@ -334,10 +335,14 @@ impl ReferenceStore {
         subject: &BenchScene,
         maker: &Candidate,
     ) -> Result<Renderer, CliError> {
-        let budget = Budget { time: self.time, ..Budget::default() };
-        let RenderOptions { width, height, .. } = subject.options;
+        let budget = Budget { time: self.time.map(TimeLimit::Total), ..Budget::default() };
+        let RenderOptions { view: View { width, height, .. }, .. } = subject.options;
         let crop = (self.stride > 1).then(|| Region::lattice(width, height, self.stride));
-        let options = RenderOptions { budget, crop, ..maker.options(subject, 1 << 63) };
+        let options = RenderOptions {
+            view: View { crop, ..maker.options(subject, 1 << 63).view },
+            budget,
+            ..maker.options(subject, 1 << 63)
+        };
         Ok(Renderer::new(context, &subject.scene, options)?)
     }
 
@@ -389,7 +394,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
         maker: Some(maker.clone()),
     };
     install_interrupt();
-    let context = open_device(&args.subject.picture.device, quiet)?;
+    let context = args.subject.picture.device.open(quiet)?;
     let mut exit = Exit::Done;
     for path in &args.subject.scenes {
         let subject = args.subject.load(path)?;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::CliError;
 use crate::cli::args::picture::PictureArgs;
-use crate::cli::args::{SceneArgs, choose_camera, default_output};
+use crate::cli::args::{CameraNameArgs, SceneArgs, default_output};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
@@ -16,9 +16,8 @@ pub struct BenchSceneArgs {
     /// .gltf or .glb files, or `builtin:NAME`.
     #[arg(value_name = "SCENE", required = true)]
     pub scenes: Vec<PathBuf>,
-    /// Which of each scene's cameras, by name or number.
-    #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
+    #[command(flatten)]
+    camera: CameraNameArgs,
     #[command(flatten)]
     pub picture: PictureArgs,
     /// Let scenes refer to files outside their folder.
@@ -48,7 +47,7 @@ impl BenchSceneArgs {
             allow_outside: self.allow_outside,
         };
         let mut scene = from.load()?;
-        let camera = choose_camera(&mut scene, self.camera.as_deref())?;
+        let camera = self.camera.choose(&mut scene)?;
         let options = self.picture.options(&scene, camera);
         let name = default_output(path, "").display().to_string();
         Ok(BenchScene { name, hash: scene.content_hash(), scene, options })

@@ -6,6 +6,7 @@ use super::units::{punctual_intensity, scaled};
 use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
+    TRIANGLE_FLIPPED, Triangle,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 use crate::math::alias::{AliasTable, defensive_mix};
@@ -14,8 +15,24 @@ use crate::math::scale::scale_by_power_of_two;
 use crate::scene::environment::EqualAreaMap;
 use crate::scene::{LightKind, Scene, SceneFeatures, TextureRef};
 
-/// Share of the picks that go evenly to all lights: the power of a light says little about what reaches a point.
+/// Share of the picks that go evenly to all lights: the power of a light is a poor guide to what reaches a point.
 const DEFENSIVE_SHARE: f64 = 0.1;
+
+/// What a light is, in unit space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SourceKind {
+    Triangle { position: Vec3, normal: Vec3, area: f32 },
+    Environment,
+    Punctual { position: Vec3, direction: Vec3 },
+}
+
+/// A light of the device's list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSourceInfo {
+    pub kind: SourceKind,
+    /// In any unit that all lights share.
+    pub power: f64,
+}
 
 /// The lights of a scene, laid out for the device.
 pub(super) struct Lights {
@@ -33,10 +50,37 @@ struct DeviceEnvironment {
     /// Radiance, and probability of the texel.
     texels: Vec<[f32; 4]>,
     alias: Vec<[u32; 2]>,
+    power: f64,
 }
 
-/// Lists the lights and their probabilities. Lights without power are left out: emission that is black where it was
-/// looked at is still found by chance hits, with full weight.
+impl DeviceEnvironment {
+    /// `light`: its index in the list of lights. `None` where the strongest light is so strong that nothing is left of it.
+    ///
+    /// # Errors
+    /// Radiance that is no number.
+    fn new(map: &EqualAreaMap, light: usize, radiance_exponent: i32) -> Result<Option<Self>, DeviceError> {
+        let texels: Vec<Vec3> =
+            map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
+        let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
+        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        if mean == 0.0 {
+            return Ok(None);
+        }
+        let table = AliasTable::new(&weights)?;
+        let texels = texels.iter().enumerate();
+        Ok(Some(Self {
+            size: map.size,
+            light,
+            texels: texels.map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32]).collect(),
+            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
+            // Radiance over all directions, falling on the disc around the unit scene.
+            power: mean * 4.0 * std::f64::consts::PI.powi(2),
+        }))
+    }
+}
+
+/// Lists the lights and their probabilities. Lights without power are left out, and so are those that have no area, or
+/// that are too weak beside the strongest for f32.
 ///
 /// # Errors
 /// An environment whose scaled radiance is no number.
@@ -110,24 +154,11 @@ pub(super) fn collect(
         (true, Some(environment)) => EqualAreaMap::new(environment)?,
         _ => None,
     };
-    if let Some(map) = map {
-        let texels: Vec<Vec3> =
-            map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
-        let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
-        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
-        let table = AliasTable::new(&weights)?;
-        // Radiance over all directions, falling on the disc around the unit scene.
-        add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, mean * 4.0 * std::f64::consts::PI.powi(2));
-        lights.environment = Some(DeviceEnvironment {
-            size: map.size,
-            light: lights.entries.len() - 1,
-            texels: texels
-                .iter()
-                .enumerate()
-                .map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32])
-                .collect(),
-            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
-        });
+    if let Some(map) = map
+        && let Some(environment) = DeviceEnvironment::new(&map, lights.entries.len(), radiance_exponent)?
+    {
+        add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, environment.power);
+        lights.environment = Some(environment);
     }
     if !powers.is_empty() {
         let table = AliasTable::new(&defensive_mix(&powers, DEFENSIVE_SHARE)?)?;
@@ -163,8 +194,33 @@ impl Lights {
         Ok(())
     }
 
+    /// What each entry is, in their order; `triangles` as the device has them.
+    pub(super) fn describe(&self, triangles: &[Triangle]) -> Vec<LightSourceInfo> {
+        let kind = |light: &Light| match light.kind {
+            LIGHT_TRIANGLE => {
+                let triangle = &triangles[light.index as usize];
+                let [a, b, c] = [triangle.v0, triangle.v1, triangle.v2].map(Vec3::from);
+                let cross = (b - a).as_dvec3().cross((c - a).as_dvec3());
+                let flip = if triangle.material_flags & TRIANGLE_FLIPPED != 0 { -1.0 } else { 1.0 };
+                SourceKind::Triangle {
+                    position: (a + b + c) / 3.0,
+                    normal: (flip * cross.normalize_or_zero()).as_vec3(),
+                    area: 0.5 * cross.length() as f32,
+                }
+            }
+            LIGHT_ENVIRONMENT => SourceKind::Environment,
+            _ => {
+                let light = &self.punctual[light.index as usize];
+                SourceKind::Punctual { position: light.position.into(), direction: light.direction.into() }
+            }
+        };
+        let info = |light: &Light| LightSourceInfo { kind: kind(light), power: f64::from(light.pdf_select) };
+        self.entries.iter().map(info).collect()
+    }
+
     /// Kinds of light that turned out to have no power are features that the kernels can do without.
     pub(super) fn restrict(&self, features: &mut SceneFeatures) {
+        features.area_lights &= self.of_triangle.iter().any(|&light| light != 0);
         features.environment &= self.environment.is_some();
         features.punctual_lights &= !self.punctual.is_empty();
     }

@@ -77,7 +77,7 @@ fn emission(material: &scene::Material, radiance_exponent: i32) -> Vec3 {
     scaled(if material.unlit { Vec3::ONE } else { material.emission }, radiance_exponent)
 }
 
-/// Beer and Lambert: absorption a unit length, such that white becomes the attenuation colour after the
+/// Beer and Lambert: absorption per unit length, such that white becomes the attenuation colour after the
 /// attenuation distance. A colour of zero absorbs all within a tiny part of that distance.
 fn absorption(material: &scene::Material, unit: &UnitSpace) -> Vec3 {
     let distance = unit.length(f64::from(material.attenuation_distance));

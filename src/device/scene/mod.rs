@@ -5,12 +5,15 @@ mod materials;
 mod units;
 mod vertices;
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+pub use lights::{LightSourceInfo, SourceKind};
 
 use super::buffer::BufferTable;
 use super::context::Context;
+use super::features::{Feature, Features};
 use super::layout::{self, Camera};
-use super::shader::Features;
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
@@ -32,7 +35,8 @@ pub struct DeviceScene {
     pub unit: UnitSpace,
     /// Device radiance times 2^this is the scene's radiance.
     pub radiance_exponent: i32,
-    pub light_count: usize,
+    /// What can be sampled as a light, in the order of the device's list.
+    pub lights: Arc<[LightSourceInfo]>,
     /// The BVH is deeper than the traversal's ordinary stack.
     deep_tree: bool,
     pub upload_time: Duration,
@@ -60,9 +64,10 @@ impl DeviceScene {
         lights.restrict(&mut features);
 
         buffers.upload(context, "nodes", &accel.nodes)?;
-        buffers.upload(context, "triangles", &triangles(scene, accel, &lights.of_triangle))?;
+        let triangles = triangles(scene, accel, &lights.of_triangle);
+        buffers.upload(context, "triangles", &triangles)?;
         materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
-        if features.attributes() {
+        if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
         }
         if !features.lambert_only {
@@ -75,25 +80,19 @@ impl DeviceScene {
             constants,
             unit: accel.unit,
             radiance_exponent,
-            light_count: lights.entries.len(),
+            lights: lights.describe(&triangles).into(),
             deep_tree: accel.depth > STACK,
             upload_time: start.elapsed(),
         })
     }
 
-    /// The names that the kernels' `#if` lines test.
+    /// What all kernels for the scene are compiled with.
     pub fn kernel_features(&self) -> Features {
-        let mut names = self.features.names();
-        if self.features.attributes() {
-            names.insert("attributes");
-        }
-        if self.light_count > 0 {
-            names.insert("lights");
-        }
+        let mut features = Features::from(self.features);
         if self.deep_tree {
-            names.insert("deep_tree");
+            features.insert(Feature::DeepTree);
         }
-        names
+        features
     }
 }
 

@@ -89,7 +89,7 @@ fn push(data: &mut Vec<f32>, mesh: &Mesh, vertex: usize, face: Option<[f32; 3]>,
         }
     }
     if features.normal_map {
-        // A mesh without tangents has no normal map, so nobody reads what stands here.
+        // A mesh without tangents has no normal map, so this is never read.
         data.extend(
             mesh.tangents.as_ref().map_or([1.0, 0.0, 0.0, 1.0], |tangents| tangents[vertex].to_array()),
         );

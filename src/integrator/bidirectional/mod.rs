@@ -5,17 +5,20 @@
 //! connected to the camera (t = 1), where that is wanted, and stored in the light cache. Then the eye paths: at every
 //! vertex first the connections to the cache, then the light that is met by chance, then the next ray.
 
+mod iterate;
+mod kernels;
 pub mod settings;
 mod subspaces;
 
-use crate::device::layout::{Batch, Camera, Counts};
+use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
-use crate::device::{Bound, Context, DeviceError, Kernel};
+use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::subspace::Model;
 
-use super::wavefront::{Bounce, Form, Size, Stage, Wavefront, total};
+use super::wavefront::{Form, Wavefront};
 use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Selector, Settings};
+use kernels::{Kernels, Stages};
 use subspaces::Subspaces;
 
 /// Room in the cache for each light path at first; it grows where that is too little.
@@ -53,43 +56,6 @@ pub(crate) enum Purpose {
     Records,
 }
 
-/// Compiled once.
-struct Kernels {
-    /// `None` where there is nothing to sample as a light.
-    light: Option<LightKernels>,
-    /// Shading of eye paths; none in light tracing.
-    eye_shade: Option<Kernel>,
-}
-
-struct LightKernels {
-    rays: Kernel,
-    shade: Kernel,
-    /// Where a traversal draws numbers, those of light paths are others.
-    closest_hit: Option<Kernel>,
-    /// Connects to the camera, and tests these connections.
-    camera: Option<[Kernel; 2]>,
-    cache: Option<CacheKernels>,
-}
-
-struct CacheKernels {
-    scan: Kernel,
-    order: Kernel,
-    connections: Kernel,
-}
-
-/// The kernels with their buffers: bound anew when the cache grows or another model comes.
-#[derive(Default)]
-struct Stages {
-    light_rays: Option<Bound>,
-    /// Of light paths, with connections to the camera and without.
-    light_bounce: Bounce,
-    quiet_light_bounce: Bounce,
-    camera_tests: Vec<Stage>,
-    sort: Vec<Stage>,
-    connect: Option<[Bound; 2]>,
-    eye_shade: Option<[Bound; 2]>,
-}
-
 impl Bidirectional {
     /// Compiles the kernels for the scene and takes over its buffers.
     ///
@@ -113,7 +79,7 @@ impl Bidirectional {
             subspaces: model.is_some(),
             subspace_directions,
             learns,
-            // Who learns wants vertices whole, and labels by direction wait for the direction of a connection.
+            // Learning needs vertices whole, and labels by direction wait for the direction of a connection.
             lambert_vertices: purpose == Purpose::Picture
                 && !subspace_directions
                 && scene.features.lambert_only,
@@ -128,13 +94,7 @@ impl Bidirectional {
             // Something to bind; more room comes with the first batch.
             wavefront.make_room_for_records(context, 1)?;
         }
-        let kernels = Kernels {
-            light: if lights { Some(LightKernels::new(context, &mut wavefront, &plan)?) } else { None },
-            eye_shade: match plan.selector {
-                Some(_) => Some(wavefront.compile(context, "eye_shade", &[])?),
-                None => None,
-            },
-        };
+        let kernels = Kernels::new(context, &mut wavefront, &plan, lights)?;
         let mut integrator = Self {
             wavefront,
             plan,
@@ -159,8 +119,8 @@ impl Bidirectional {
     /// How many light paths there are, and how many samples share them.
     fn divide(&mut self) {
         let settings = &self.wavefront.settings;
-        let pixels = settings.width * settings.height;
-        self.light_paths = self.plan.light_paths.count(pixels, settings.region.pixels());
+        let pixels = settings.view.width * settings.view.height;
+        self.light_paths = self.plan.light_paths.count(pixels, settings.view.region().pixels());
         self.iteration = match self.plan.shares_cache() && !self.wavefront.learns() {
             true => self.wavefront.samples_at_once(self.light_paths),
             false => 1,
@@ -189,65 +149,6 @@ impl Bidirectional {
         self.bind(context)
     }
 
-    /// Binds all kernels to the buffers of now.
-    ///
-    /// # Errors
-    /// A buffer that is missing.
-    pub fn bind(&mut self, context: &Context) -> Result<(), DeviceError> {
-        let wavefront = &mut self.wavefront;
-        wavefront.bind_tests(context)?;
-        let mut stages = Stages::default();
-        if let Some(kernel) = &self.kernels.eye_shade {
-            stages.eye_shade = Some(wavefront.bind_pair(context, kernel)?);
-        }
-        if let Some(subspaces) = &mut self.subspaces {
-            subspaces.bind(context, wavefront)?;
-        }
-        let Some(kernels) = &self.kernels.light else {
-            self.stages = stages;
-            return Ok(());
-        };
-        let [rays, _] = wavefront.bind_pair(context, &kernels.rays)?;
-        stages.light_rays = Some(rays);
-        let closest_hit = match &kernels.closest_hit {
-            Some(kernel) => wavefront.bind_pair(context, kernel)?,
-            None => wavefront.closest_hit.clone(),
-        };
-        let shade = wavefront.bind_pair(context, &kernels.shade)?;
-        let mut camera = None;
-        if let Some([connections, occlusion]) = &kernels.camera {
-            camera = Some(wavefront.bind_pair(context, connections)?);
-            stages.camera_tests = vec![
-                wavefront.test_connections[0].clone(),
-                Stage::new(&occlusion.bind(context, &wavefront.buffers)?, Size::Shadow),
-            ];
-        }
-        let bounce = |connects: bool, parity: usize| {
-            let mut bounce = vec![Stage::new(&closest_hit[parity], Size::Paths)];
-            if let (true, Some(camera)) = (connects, &camera) {
-                bounce.push(Stage::new(&camera[parity], Size::Paths));
-                bounce.extend(stages.camera_tests.iter().cloned());
-            }
-            bounce.push(Stage::new(&shade[parity], Size::Paths));
-            bounce.push(Stage::new(&wavefront.advance, Size::Count(1)));
-            bounce
-        };
-        stages.light_bounce = [bounce(true, 0), bounce(true, 1)];
-        stages.quiet_light_bounce = [bounce(false, 0), bounce(false, 1)];
-        if let Some(cache) = &kernels.cache {
-            stages.sort = vec![
-                Stage::new(&cache.scan.bind(context, &wavefront.buffers)?, Size::Count(1)),
-                Stage::new(&cache.order.bind(context, &wavefront.buffers)?, Size::Count(self.capacity)),
-            ];
-            stages.connect = Some(wavefront.bind_pair(context, &cache.connections)?);
-        }
-        if let Some(subspaces) = &self.subspaces {
-            stages.sort.extend(subspaces.sort.iter().cloned());
-        }
-        self.stages = stages;
-        Ok(())
-    }
-
     /// Light paths that the cache must hold at a time.
     fn cached_paths(&self) -> u32 {
         match self.plan.selector {
@@ -266,241 +167,6 @@ impl Bidirectional {
         let counts = self.fill_cache(context, &batch, PILOT_PATHS)?;
         Ok(f64::from(counts.light_vertices) / f64::from(PILOT_PATHS))
     }
-
-    /// Traces `paths` light paths into the cache that all eye paths share, and nothing else; `batch` says of which sample.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn fill_cache(
-        &mut self,
-        context: &Context,
-        batch: &Batch,
-        paths: u32,
-    ) -> Result<Counts, DeviceError> {
-        let template = Batch { light_path_count: paths, ..*batch };
-        self.trace_light(context, &self.shared_batches(&template), Light::Cache)
-    }
-
-    /// The light paths of an iteration, as many at a time as the queues hold.
-    fn shared_batches(&self, template: &Batch) -> Vec<Batch> {
-        let paths = template.light_path_count;
-        let most = self.wavefront.slice;
-        (0..paths)
-            .step_by(most as usize)
-            .map(|first| Batch {
-                first_light_path: first,
-                pixel_count: most.min(paths - first),
-                sample_count: 1,
-                ..*template
-            })
-            .collect()
-    }
-
-    /// Traces batches of light paths into the empty cache and sorts it.
-    fn trace_light(
-        &mut self,
-        context: &Context,
-        batches: &[Batch],
-        purpose: Light,
-    ) -> Result<Counts, DeviceError> {
-        let before = self.wavefront.counts(context)?;
-        let mut purpose = purpose;
-        let counts = loop {
-            let mut encoder = context.device.create_command_encoder(&Default::default());
-            let offset = std::mem::offset_of!(Counts, light_vertices) as u64;
-            encoder.clear_buffer(self.wavefront.buffers.get("counts")?, offset, Some(8));
-            context.queue.submit([encoder.finish()]);
-            for batch in batches {
-                self.trace_light_batch(context, batch, purpose)?;
-            }
-            let counts = self.wavefront.counts(context)?;
-            if self.capacity == 0 || counts.light_vertices <= self.capacity {
-                break counts;
-            }
-            self.wavefront.light_counts.cache_overflows += 1;
-            // Once more with room for all; what went to the camera has arrived there.
-            self.make_cache(context, u64::from(counts.light_vertices) * 5 / 4)?;
-            purpose = Light::Cache;
-        };
-        let totals = &mut self.wavefront.light_counts;
-        totals.light_closest_hit += total(counts.closest_total) - total(before.closest_total);
-        totals.light_occlusion += total(counts.shadow_total) - total(before.shadow_total);
-        totals.light_vertices += u64::from(counts.light_vertices);
-        self.wavefront.submit(context, &self.stages.sort)?;
-        Ok(counts)
-    }
-
-    fn trace_light_batch(
-        &mut self,
-        context: &Context,
-        batch: &Batch,
-        purpose: Light,
-    ) -> Result<(), DeviceError> {
-        let Some(rays) = &self.stages.light_rays else { return Ok(()) };
-        let bounce = match purpose {
-            Light::CameraAndCache => &self.stages.light_bounce,
-            Light::Cache => &self.stages.quiet_light_bounce,
-        };
-        let mut encoder = self.wavefront.start(context, batch, rays)?;
-        if self.plan.selector.is_none() {
-            self.wavefront.record(&mut encoder, &self.stages.camera_tests)?;
-        }
-        self.wavefront.bounce(context, encoder, bounce, batch.max_depth)
-    }
-
-    /// Each eye path has a light path of its own.
-    fn connects_own_path(&self) -> bool {
-        self.plan.selector == Some(Selector::OwnPath)
-    }
-
-    /// The stages of a bounce of eye paths.
-    fn eye_bounce(&self, counts: &Counts) -> Bounce {
-        let rounds = match self.connects_own_path() {
-            true => counts.longest_light_path.max(1).div_ceil(self.plan.connections),
-            false => 1,
-        };
-        [0, 1].map(|parity: usize| {
-            let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
-            if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
-                stages.push(Stage::new(&labels[parity], Size::Paths));
-            }
-            if let Some(connect) = &self.stages.connect {
-                for _ in 0..rounds {
-                    stages.push(Stage::new(&connect[parity], Size::Cells));
-                    stages.extend(self.wavefront.test_connections.iter().cloned());
-                }
-            }
-            if let Some(shade) = &self.stages.eye_shade {
-                stages.push(Stage::new(&shade[parity], Size::Paths));
-            }
-            stages.push(Stage::new(&self.wavefront.advance, Size::Count(1)));
-            stages
-        })
-    }
-
-    /// Traces eye paths against the cache.
-    fn trace_eye(&mut self, context: &Context, batch: &Batch, counts: &Counts) -> Result<(), DeviceError> {
-        let first_rays = self.wavefront.camera_rays.clone();
-        let encoder = self.wavefront.start(context, batch, &first_rays)?;
-        if self.stages.eye_shade.is_some() {
-            let bounce = self.eye_bounce(counts);
-            return self.wavefront.bounce(context, encoder, &bounce, batch.max_depth);
-        }
-        context.queue.submit([encoder.finish()]);
-        Ok(())
-    }
-
-    /// A batch as the method's kernels want it.
-    fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
-        let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
-        Batch {
-            light_path_count: light_paths,
-            connection_density: match self.plan.selector {
-                Some(Selector::OwnPath | Selector::Uniform) => self.connection_density,
-                Some(Selector::Subspaces) | None => 0.0,
-            },
-            camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
-            ..batch
-        }
-    }
-
-    /// Traces the eye paths of a batch against `light_paths` light paths, for kernels that write down what they find.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn find_paths(
-        &mut self,
-        context: &Context,
-        batch: &Batch,
-        light_paths: u32,
-    ) -> Result<Counts, DeviceError> {
-        let batch = self.complete(*batch, light_paths);
-        let counts = self.trace_light(context, &self.shared_batches(&batch), Light::Cache)?;
-        self.trace_eye(context, &batch, &counts)?;
-        Ok(counts)
-    }
-
-    /// An iteration of the batches' samples.
-    fn iterate(&mut self, context: &Context, batches: &[Batch], light_paths: u32) -> Result<(), DeviceError> {
-        let lit = self.stages.light_rays.is_some();
-        let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
-        let own_paths = self.connects_own_path();
-        let mut purpose = Light::CameraAndCache;
-        let mut counts = Counts::default();
-        if lit && !own_paths {
-            counts = self.trace_light(context, &self.shared_batches(&batches[0]), purpose)?;
-        } else if lit && batches.len() > 1 && self.plan.to_camera {
-            // All that light paths bring to the camera has to be there before the first pixel is summed.
-            for batch in &batches {
-                self.trace_light(context, &[*batch], purpose)?;
-            }
-            purpose = Light::Cache;
-        }
-        for batch in &batches {
-            if lit && own_paths {
-                counts = self.trace_light(context, &[*batch], purpose)?;
-            }
-            self.trace_eye(context, batch, &counts)?;
-            self.wavefront.accumulate(context, batch)?;
-        }
-        Ok(())
-    }
-}
-
-impl LightKernels {
-    fn new(context: &Context, wavefront: &mut Wavefront, plan: &Plan) -> Result<Self, DeviceError> {
-        let features = light_features(plan);
-        let closest_hit = match wavefront.has_alpha() {
-            true => Some(wavefront.compile(context, "closest_hit", &features)?),
-            false => None,
-        };
-        let camera = match plan.to_camera {
-            true => {
-                let mut splat_features = features.clone();
-                splat_features.extend(["any_hit", "splats_atomic"]);
-                Some([
-                    wavefront.compile(context, "camera_connections", &features)?,
-                    wavefront.compile(context, "occlusion", &splat_features)?,
-                ])
-            }
-            false => None,
-        };
-        let cache = match plan.selector {
-            None => None,
-            Some(selector) => {
-                let own: &[&str] = if selector == Selector::OwnPath { &["own_light_path"] } else { &[] };
-                Some(CacheKernels {
-                    scan: wavefront.compile(context, "light_scan", &[])?,
-                    order: wavefront.compile(context, "light_order", &[])?,
-                    connections: wavefront.compile(context, "light_connections", own)?,
-                })
-            }
-        };
-        Ok(Self {
-            rays: wavefront.compile(context, "light_rays", &features)?,
-            shade: wavefront.compile(context, "light_shade", &features)?,
-            closest_hit,
-            camera,
-            cache,
-        })
-    }
-}
-
-/// What light paths are traced for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Light {
-    CameraAndCache,
-    Cache,
-}
-
-/// What the kernels of light paths are compiled with.
-fn light_features(plan: &Plan) -> Vec<&'static str> {
-    let mut features = vec!["light_paths"];
-    if plan.light_paths.are_shared() {
-        features.push("shared_light_paths");
-    }
-    features.push(if plan.selector.is_some() { "light_cache" } else { "light_only" });
-    features
 }
 
 impl Integrator for Bidirectional {

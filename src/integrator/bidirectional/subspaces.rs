@@ -42,7 +42,7 @@ impl Subspaces {
         Ok(subspaces)
     }
 
-    /// Another model; what uses it has to be bound anew.
+    /// Another model; what uses it has to be bound again.
     ///
     /// # Errors
     /// A buffer that does not fit.
@@ -94,7 +94,7 @@ impl Subspaces {
         Ok(())
     }
 
-    /// Traces one camera ray a pixel and classifies what it meets.
+    /// Traces one camera ray per pixel and classifies what it meets.
     ///
     /// # Errors
     /// A lost device.

@@ -25,13 +25,13 @@ impl Wavefront {
                 record(&mut encoder, &mut None, first_hit, Extent::Count(batch.pixel_count));
             }
             context.queue.submit([encoder.finish()]);
-            if self.courtesy.is_some() {
+            if self.submission_limit.is_some() {
                 context.wait()?;
             }
         }
         self.timing = timing;
         self.aside += total(self.counts(context)?.closest_total) - before;
-        let bytes = u64::from(self.settings.region.pixels()) * size_of::<FirstHitPixel>() as u64;
+        let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FirstHitPixel>() as u64;
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
     }
 }

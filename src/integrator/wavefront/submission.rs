@@ -1,5 +1,5 @@
-//! Sharing the device with others, such as a window: submissions take no longer than they are told to, and what nobody
-//! wants any more ends at once.
+//! Sharing the device with others, such as a window: submissions take no longer than a limit, and what
+//! is of no use any more ends at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,14 +25,14 @@ pub struct SubmissionLimit {
 
 impl Wavefront {
     /// From now on leaves the device to others in between.
-    pub fn limit_submissions(&mut self, courtesy: SubmissionLimit) {
+    pub fn limit_submissions(&mut self, submission_limit: SubmissionLimit) {
         self.slice = self.capacity / FIRST_SHARE;
-        self.courtesy = Some(courtesy);
+        self.submission_limit = Some(submission_limit);
     }
 
     /// A submission took so long: the next batch may be larger or smaller.
     pub(crate) fn pace(&mut self, taken: Duration) -> Result<(), DeviceError> {
-        let Some(SubmissionLimit { slice, abandon }) = &self.courtesy else { return Ok(()) };
+        let Some(SubmissionLimit { slice, abandon }) = &self.submission_limit else { return Ok(()) };
         if abandon.load(Ordering::Relaxed) {
             return Err(DeviceError::Abandoned);
         }

@@ -1,6 +1,6 @@
 //! Built-in scenes, as code: the ones with a known answer that tests are made of, and small classics to look at.
 //!
-//! The command line takes `builtin:NAME` where it takes a file. All surfaces are Lambert unless said otherwise.
+//! The command line takes `builtin:NAME` where it takes a file. All surfaces are Lambert unless stated otherwise.
 
 pub mod closed;
 pub mod lamps;

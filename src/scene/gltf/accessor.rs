@@ -23,7 +23,7 @@ pub enum Component {
 /// What an accessor may look like for the use at hand.
 #[derive(Clone, Copy, Debug)]
 pub struct Format {
-    /// How messages call it, e.g. `POSITION`.
+    /// Its name in messages, e.g. `POSITION`.
     pub what: &'static str,
     /// Accepted `type`s.
     pub kinds: &'static [&'static str],
@@ -176,7 +176,7 @@ impl Accessors<'_> {
         if accessor.count == 0 {
             return Err(SceneError::invalid(place, "VALUE_NOT_IN_RANGE", "count is 0"));
         }
-        // An index list is the longest thing an accessor holds: three a triangle.
+        // An index list is the longest thing an accessor holds: three per triangle.
         let limit = self.options.limits.triangles.saturating_mul(3);
         if accessor.count > limit {
             return Err(SceneError::Limit { what: "elements in one accessor", count: accessor.count, limit });

@@ -1,4 +1,4 @@
-//! Telling .glb from .gltf and taking a GLB apart.
+//! Separating .glb from .gltf, and a GLB into its chunks.
 //!
 //! Layout: glTF 2.0, section 4 "GLB File Format".
 

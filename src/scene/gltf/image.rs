@@ -135,8 +135,8 @@ impl<'a> TextureTable<'a> {
     }
 }
 
-/// Decodes a PNG, JPEG or WebP picture, told apart by its first bytes as glTF asks. The flag says whether
-/// it had more than 8 bits a channel.
+/// Decodes a PNG, JPEG or WebP picture, recognised by its first bytes as glTF asks. The flag is true
+/// where it had more than 8 bits per channel.
 ///
 /// # Errors
 /// [`SceneError::Image`] for anything undecodable, [`SceneError::Limit`] for too many pixels.

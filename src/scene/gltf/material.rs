@@ -214,7 +214,7 @@ impl Converter<'_, '_> {
         Ok(Some(TextureRef { texture, uv_set: uv_set as u32, transform }))
     }
 
-    /// translation * rotation * scale. The rotation is counter-clockwise as one looks at the picture, whose
+    /// translation * rotation * scale. The rotation is counter-clockwise as seen in the picture, whose
     /// v runs down: its first column is (cos, -sin), as the quadrant example of the extension's text requires.
     fn transform(&self, transform: &TextureTransform) -> Result<Affine2, SceneError> {
         let vector = |v: Option<[f64; 2]>, default: f64, name: &str| -> Result<Vec2, SceneError> {

@@ -67,7 +67,7 @@ pub struct PrimitiveReader<'a> {
     pub document: &'a Document,
     pub accessors: Accessors<'a>,
     pub source: &'a document::Primitive,
-    /// How messages call it.
+    /// Its name in messages.
     pub place: &'a str,
 }
 

@@ -1,4 +1,4 @@
-//! Which bytes a URI may name: a glTF file is a stranger's file, so it reads only what lies beside it.
+//! Which bytes a URI may name: a glTF file is not trusted, so it reads only what lies beside it.
 
 use std::fs::{self, File};
 use std::io::Read;

@@ -1,6 +1,5 @@
 //! Ways down the loss. All start from the contribution matrix, keep rows normalised, do not depend on the unit of the
-//! loss, and are judged by paths that they do not see: too many steps learn the paths instead of the scene. With 1000
-//! subspaces and a million paths the loss on unseen paths rises from the first step on.
+//! loss, and are judged using paths that they do not see: too many steps learn the paths instead of the scene.
 
 use serde::Serialize;
 
@@ -33,7 +32,7 @@ pub struct Loss {
 /// The best matrix that was met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Optimised {
-    /// Of each cell of the problem.
+    /// One per entry of the problem.
     pub q: Vec<f64>,
     /// At the start and after each step.
     pub losses: Vec<Loss>,
@@ -44,7 +43,7 @@ pub struct Optimised {
 }
 
 /// Goes down for at most `max_steps`, or until the held-out loss no longer falls; without held-out paths the training
-/// loss judges. The start and each step are smoothed: a step leaves nothing to cells that no training path connects.
+/// loss judges. The start and each step are smoothed: a step leaves nothing to entries that no training path connects.
 pub fn optimise(problem: &Problem, optimiser: Optimiser, max_steps: u32) -> Optimised {
     let mut q = problem.start().to_vec();
     let mut state = State::new(optimiser, problem);
@@ -83,8 +82,8 @@ struct Adam {
     step: i32,
     mean: Vec<f64>,
     square: Vec<f64>,
-    /// Of each row at the start: what the derivatives are divided by, so that Adam's epsilon does not stop rows that
-    /// contribute little (N-22 in docs/test-catalogue.md).
+    /// One per row, from the start: what the derivatives are divided by, so that Adam's epsilon does not stop rows that
+    /// contribute little.
     row_scale: Vec<f64>,
 }
 
@@ -103,7 +102,7 @@ impl State {
     /// Moves `q`; false where there is no way down.
     fn step(&mut self, problem: &Problem, q: &mut [f64], loss: f64, gradient: &[f64]) -> bool {
         match self {
-            // q^2 (-g) / q' majorises a cell's share of the loss and touches it at q' = q; its minimum under the rows'
+            // q^2 (-g) / q' majorises an entry's share of the loss and touches it at q' = q; its minimum under the rows'
             // sums is q' ~ q sqrt(-g).
             Self::Mm => by_row(problem, q, |_, q, g| q * (-g).max(0.0).sqrt(), gradient),
             Self::Softmax(adam) => adam.step(problem, q, gradient),
@@ -134,25 +133,25 @@ impl State {
 /// Replaces each q of the rows that have something to learn by `new(mean of the row's g, q, g)`, and normalises.
 fn by_row(problem: &Problem, q: &mut [f64], new: impl Fn(f64, f64, f64) -> f64, gradient: &[f64]) {
     for (row, learnt) in problem.learnt().iter().enumerate() {
-        let cells = problem.row(row);
-        let mean = mean_gradient(q, gradient, cells.clone());
+        let entries = problem.row(row);
+        let mean = mean_gradient(q, gradient, entries.clone());
         if !learnt || mean >= 0.0 {
             continue;
         }
-        let values: Vec<f64> = cells.clone().map(|cell| new(mean, q[cell], gradient[cell])).collect();
+        let values: Vec<f64> = entries.clone().map(|entry| new(mean, q[entry], gradient[entry])).collect();
         let sum: f64 = values.iter().sum();
         // A row whose numbers left the range of f64 stays as it was.
         if sum > 0.0 && sum.is_finite() {
-            for (cell, value) in cells.zip(values) {
-                q[cell] = value / sum;
+            for (entry, value) in entries.zip(values) {
+                q[entry] = value / sum;
             }
         }
     }
 }
 
 /// sum q g of a row.
-fn mean_gradient(q: &[f64], gradient: &[f64], cells: std::ops::Range<usize>) -> f64 {
-    cells.map(|cell| q[cell] * gradient[cell]).sum()
+fn mean_gradient(q: &[f64], gradient: &[f64], entries: std::ops::Range<usize>) -> f64 {
+    entries.map(|entry| q[entry] * gradient[entry]).sum()
 }
 
 impl Adam {
@@ -165,24 +164,24 @@ impl Adam {
         let correct = |decay: f64| 1.0 - decay.powi(self.step);
         let (correct_mean, correct_square) = (correct(ADAM_MEAN), correct(ADAM_SQUARE));
         for row in 0..rows {
-            let cells = problem.row(row);
+            let entries = problem.row(row);
             let scale = self.row_scale[row];
             if !problem.learnt()[row] || scale <= 0.0 {
                 continue;
             }
-            let mean = mean_gradient(q, gradient, cells.clone());
-            for cell in cells.clone() {
-                // dL/dz = q (g - sum q g): [doc26], checked there and here against differences.
-                let slope = q[cell] * (gradient[cell] - mean) / scale;
-                let (m, s) = (&mut self.mean[cell], &mut self.square[cell]);
+            let mean = mean_gradient(q, gradient, entries.clone());
+            for entry in entries.clone() {
+                // dL/dz = q (g - sum q g), by the chain rule through the softmax.
+                let slope = q[entry] * (gradient[entry] - mean) / scale;
+                let (m, s) = (&mut self.mean[entry], &mut self.square[entry]);
                 *m = ADAM_MEAN * *m + (1.0 - ADAM_MEAN) * slope;
                 *s = ADAM_SQUARE * *s + (1.0 - ADAM_SQUARE) * slope * slope;
                 let step = *m / correct_mean / ((*s / correct_square).sqrt() + ADAM_EPSILON);
                 // A logit moves by -rate step.
-                q[cell] *= (-ADAM_RATE * step).exp();
+                q[entry] *= (-ADAM_RATE * step).exp();
             }
-            let sum: f64 = q[cells.clone()].iter().sum();
-            q[cells].iter_mut().for_each(|q| *q /= sum);
+            let sum: f64 = q[entries.clone()].iter().sum();
+            q[entries].iter_mut().for_each(|q| *q /= sum);
         }
     }
 }

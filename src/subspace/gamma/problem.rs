@@ -1,22 +1,22 @@
 //! The loss over Gamma and its gradient.
 //!
-//! A sweep reads the connections by path for the densities, then by cell of Gamma for the gradient: no two threads add
-//! to the same number, and every sum has one order.
+//! A pass reads the connections path by path for the densities, then entry by entry of Gamma for the gradient: no two
+//! threads add to the same number, and every sum has one order.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::smoothing::{Neighbours, Smoothing};
 
-/// Paths, or cells, that one task takes. Fixed: sums are cut in the same places for any number of threads.
+/// Paths, or entries, per task. Fixed: sums are cut in the same places for any number of threads.
 const TASK: usize = 8192;
 
-/// What a path says about Gamma.
+/// A path's part in the loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
     /// W: squared contribution.
     pub squared: f64,
-    /// Weight of its cells in the matrix that the optimisation starts from.
+    /// Weight of its entries in the matrix that the optimisation starts from.
     pub start: f64,
     /// The part of D that does not depend on Gamma.
     pub p0: f64,
@@ -31,38 +31,38 @@ pub struct Tried {
     pub held_out: f64,
 }
 
-/// A connection: index of a cell (row K + column), or of a path, and what the cell's entry is multiplied with in D.
+/// Index of an entry of Gamma (row K + column), or of a path, and the factor of the entry in D.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct Connection {
     index: u32,
     coefficient: f32,
 }
 
-/// Paths that are looked at together.
+/// Paths that are summed together: those that teach, or those held out.
 #[derive(Clone, Debug)]
 struct Part {
     squared: Vec<f64>,
     start: Vec<f64>,
     p0: Vec<f64>,
     offsets: Vec<u32>,
-    entries: Vec<Entry>,
+    connections: Vec<Connection>,
 }
 
 impl Default for Part {
     fn default() -> Self {
         let (squared, start, p0) = (Vec::new(), Vec::new(), Vec::new());
-        Self { squared, start, p0, offsets: vec![0], entries: Vec::new() }
+        Self { squared, start, p0, offsets: vec![0], connections: Vec::new() }
     }
 }
 
 impl Part {
-    fn entries_of(&self, path: usize) -> &[Entry] {
-        &self.entries[self.offsets[path] as usize..self.offsets[path + 1] as usize]
+    fn connections_of(&self, path: usize) -> &[Connection] {
+        &self.connections[self.offsets[path] as usize..self.offsets[path + 1] as usize]
     }
 
     fn density(&self, path: usize, mixed: &[f64]) -> f64 {
-        let sum = |sum, e: &Entry| sum + f64::from(e.coefficient) * mixed[e.index as usize];
-        self.entries_of(path).iter().fold(self.p0[path], sum)
+        let sum = |sum, e: &Connection| sum + f64::from(e.coefficient) * mixed[e.index as usize];
+        self.connections_of(path).iter().fold(self.p0[path], sum)
     }
 
     fn loss(&self, mixed: &[f64]) -> f64 {
@@ -101,13 +101,13 @@ impl ProblemBuilder {
             let coefficient = (coefficient / scale) as f32;
             if coefficient > 0.0 {
                 let index = (row as usize * self.subspaces + column as usize) as u32;
-                part.entries.push(Entry { index, coefficient });
+                part.connections.push(Connection { index, coefficient });
             }
         }
         part.squared.push(term.squared / scale);
         part.start.push(term.start);
         part.p0.push(term.p0 / scale);
-        part.offsets.push(part.entries.len() as u32);
+        part.offsets.push(part.connections.len() as u32);
     }
 
     /// Paths that no strategy of the mixture makes; they were left out.
@@ -124,8 +124,8 @@ impl ProblemBuilder {
             uniform_share,
             uniform: uniform_share / active.iter().filter(|a| **a).count().max(1) as f64,
             active: active.to_vec(),
-            by_cell: Vec::new(),
-            cell_starts: Vec::new(),
+            by_entry: Vec::new(),
+            entry_starts: Vec::new(),
             start: vec![0.0; subspaces * subspaces],
             learnt: vec![false; subspaces],
             train,
@@ -149,9 +149,9 @@ pub struct Problem {
     active: Vec<bool>,
     train: Part,
     held_out: Part,
-    /// The training part's entries by cell; indices are paths.
-    by_cell: Vec<Entry>,
-    cell_starts: Vec<u32>,
+    /// The training part's connections in the order of entries; indices are paths.
+    by_entry: Vec<Connection>,
+    entry_starts: Vec<u32>,
     /// The row has training paths.
     learnt: Vec<bool>,
     start: Vec<f64>,
@@ -161,30 +161,31 @@ pub struct Problem {
 impl Problem {
     fn transpose(&mut self) {
         let mut starts = vec![0u32; self.start.len() + 1];
-        self.train.entries.iter().for_each(|e| starts[e.index as usize + 1] += 1);
-        for cell in 0..self.start.len() {
-            starts[cell + 1] += starts[cell];
+        self.train.connections.iter().for_each(|e| starts[e.index as usize + 1] += 1);
+        for entry in 0..self.start.len() {
+            starts[entry + 1] += starts[entry];
         }
         let mut next = starts.clone();
-        self.by_cell = vec![Entry { index: 0, coefficient: 0.0 }; self.train.entries.len()];
+        self.by_entry = vec![Connection { index: 0, coefficient: 0.0 }; self.train.connections.len()];
         for path in 0..self.train.squared.len() {
-            for entry in self.train.entries_of(path) {
-                let place = &mut next[entry.index as usize];
-                self.by_cell[*place as usize] = Entry { index: path as u32, coefficient: entry.coefficient };
+            for connection in self.train.connections_of(path) {
+                let place = &mut next[connection.index as usize];
+                self.by_entry[*place as usize] =
+                    Connection { index: path as u32, coefficient: connection.coefficient };
                 *place += 1;
             }
         }
-        self.cell_starts = starts;
+        self.entry_starts = starts;
     }
 
-    /// The contribution matrix, rows normalised: nearly all of the gain over a uniform Gamma is in this start.
+    /// The contribution matrix, rows normalised: nearly all of the gain is in this start; the steps add little.
     fn set_start(&mut self, fallback: &[f64]) {
-        for cell in 0..self.start.len() {
-            self.start[cell] = self.of_cell(cell).iter().map(|e| self.train.start[e.index as usize]).sum();
+        for entry in 0..self.start.len() {
+            self.start[entry] = self.of_entry(entry).iter().map(|e| self.train.start[e.index as usize]).sum();
         }
         for row in 0..self.subspaces {
-            let cells = self.row(row);
-            let row_start = &mut self.start[cells];
+            let entries = self.row(row);
+            let row_start = &mut self.start[entries];
             let sum: f64 = row_start.iter().sum();
             self.learnt[row] = sum > 0.0;
             if self.learnt[row] {
@@ -218,11 +219,11 @@ impl Problem {
         (share, tried)
     }
 
-    fn of_cell(&self, cell: usize) -> &[Entry] {
-        &self.by_cell[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
+    fn of_entry(&self, entry: usize) -> &[Connection] {
+        &self.by_entry[self.entry_starts[entry] as usize..self.entry_starts[entry + 1] as usize]
     }
 
-    /// The cells of a row.
+    /// The entries of a row.
     pub fn row(&self, row: usize) -> std::ops::Range<usize> {
         row * self.subspaces..(row + 1) * self.subspaces
     }
@@ -280,11 +281,11 @@ impl Problem {
             (0..self.train.squared.len()).into_par_iter().chunks(TASK).map(chunk).collect();
         let loss = chunks.iter().map(|(loss, _)| loss).sum();
         let slopes: Vec<f64> = chunks.into_iter().flat_map(|(_, slopes)| slopes).collect();
-        let of_cell = |cell: usize| {
-            let sum = |sum, e: &Entry| sum + f64::from(e.coefficient) * slopes[e.index as usize];
-            -(1.0 - self.uniform_share) * self.of_cell(cell).iter().fold(0.0, sum)
+        let of_entry = |entry: usize| {
+            let sum = |sum, e: &Connection| sum + f64::from(e.coefficient) * slopes[e.index as usize];
+            -(1.0 - self.uniform_share) * self.of_entry(entry).iter().fold(0.0, sum)
         };
-        (loss, (0..self.start.len()).into_par_iter().with_min_len(TASK / 8).map(of_cell).collect())
+        (loss, (0..self.start.len()).into_par_iter().with_min_len(TASK / 8).map(of_entry).collect())
     }
 
     /// Gamma, K x K by rows: E with the uniform share in it, nothing for columns that are not active.

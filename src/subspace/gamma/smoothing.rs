@@ -1,5 +1,5 @@
-//! Gamma, smoothed over subspaces that are alike: with few paths for each pair of subspaces, what one row has learnt says
-//! more about its neighbours than their own few paths do. Smoothing after each step, as here, is EMS: Silverman, Jones,
+//! Gamma, smoothed over subspaces that are alike: with few paths for each pair of subspaces, the neighbours of a row know
+//! more about it than its own few paths do. Smoothing after each step, as here, is EMS: Silverman, Jones,
 //! Wilson, Nychka, A smoothed EM approach to indirect estimation problems, J. R. Stat. Soc. B 52(2), 1990.
 
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ pub(super) struct Smoothing {
 }
 
 impl Smoothing {
-    /// `power`: of each column, in any unit. Rows that were not learnt stay as they are and tell others nothing. Without
+    /// `power`: of each column, in any unit. Rows that were not learnt stay as they are, and do not count for others. Without
     /// a `share` there are several to choose from.
     pub fn new(neighbours: &Neighbours, power: &[f64], learnt: &[bool], share: Option<f64>) -> Self {
         let of_row = |(row, near): (usize, &Vec<u32>)| match learnt[row] {

@@ -6,11 +6,13 @@ mod numbers;
 
 use glam::{DVec3, Vec3};
 
+use halfway::device::Feature;
+
 use crate::bsdf_f64::{Bsdf, Factors, albedo_table};
 use crate::gpu;
 
 /// Features of a scene with everything.
-pub const ALL_FEATURES: [&str; 2] = ["transmission", "rough_transmission"];
+pub const ALL_FEATURES: [Feature; 2] = [Feature::Transmission, Feature::RoughTransmission];
 
 /// Imports, the albedo table as a storage buffer, and a configuration: what is sampled and from where.
 const HEADER: &str = "

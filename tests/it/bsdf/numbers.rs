@@ -1,6 +1,7 @@
 //! The BSDF's numbers: at the extremes, against the twin, and through the world-space wrapper.
 
 use glam::{DVec3, Vec3};
+use halfway::device::Feature;
 use halfway::device::shader::stitch_text;
 
 use super::{
@@ -344,8 +345,8 @@ fn main() {
     out[0] = vec4f(value.f, value.pdf_solid);
     out[1] = vec4f(bsdf_albedo(s), 1.0);
 }";
-    for features in [&["lambert_only"][..], &[], &["transmission"], &ALL_FEATURES] {
-        let stitched = stitch_text("user", users, &features.iter().copied().collect()).expect("directives");
+    for features in [&[Feature::LambertOnly][..], &[], &[Feature::Transmission], &ALL_FEATURES] {
+        let stitched = stitch_text("user", users, features.iter().copied().collect()).expect("directives");
         stitched.validate().unwrap_or_else(|error| panic!("{features:?}: {error}"));
     }
 }
@@ -364,13 +365,13 @@ fn s01_lambert_only_is_the_same_lambert() {
             samples[id.x] = bsdf_sample(s, vec3f(0.6, 0.0, -0.8), us[id.x].xyz, true);
         }}"
     );
-    let run = |features: &[&'static str], table: &[(&str, &[u8])]| {
+    let run = |features: &[Feature], table: &[(&str, &[u8])]| {
         let inputs: Vec<_> =
             [("us", bytemuck::cast_slice(&us))].into_iter().chain(table.iter().copied()).collect();
         let output = gpu::run(&kernel, features, &inputs, &[("samples", us.len() * 32)], us.len() as u32);
         bytemuck::pod_collect_to_vec::<u8, [f32; 8]>(&output[0])
     };
-    let only = run(&["lambert_only"], &[]);
+    let only = run(&[Feature::LambertOnly], &[]);
     let general = run(&ALL_FEATURES, &[("albedo_table", bytemuck::cast_slice(&albedo_table().texels))]);
     for (a, b) in only.into_iter().zip(general) {
         for (a, b) in a.into_iter().zip(b) {

@@ -18,7 +18,7 @@ use crate::stats::Moments;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub resolution: [u32; 2],
-    /// Passes over the picture, each an eye and a light sub-path a pixel.
+    /// Passes over the picture, each an eye and a light sub-path per pixel.
     pub samples: u32,
     pub seed: u64,
     /// Scatterings a path may have; light seen directly has none.

@@ -164,7 +164,7 @@ pub fn weights(strategies: &[Strategy]) -> Vec<f64> {
     shares.into_iter().map(|share| share / sum).collect()
 }
 
-/// A scene, the camera that looks at it, and the numbers that densities depend on.
+/// A scene, its camera, and the numbers that densities depend on.
 pub struct PathSpace<'a> {
     pub world: World<'a>,
     pub view: Camera,
@@ -327,7 +327,7 @@ impl Path<'_> {
         }
     }
 
-    /// The medium of an edge: inside where one of its ends says so, the one nearer to the camera first.
+    /// The medium of an edge: inside where one of its ends is, the one nearer to the camera first.
     fn medium(&self, edge: usize) -> Option<&Material> {
         let (direction, _) = self.segments[edge];
         let near = self.surface(edge).and_then(|point| point.medium_towards(direction));

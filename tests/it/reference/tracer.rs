@@ -14,7 +14,7 @@ use crate::stats::Moments;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub resolution: [u32; 2],
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
     pub seed: u64,
     /// Scatterings a path may have; light seen directly has none.

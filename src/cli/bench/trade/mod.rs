@@ -13,7 +13,7 @@ use clap::Args;
 
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Goal, Plan, Point, measure};
-use crate::cli::args::{InputError, open_device, parse_duration};
+use crate::cli::args::{InputError, parse_duration};
 use crate::cli::bench::candidate::{Candidate, Sweep, parse_integrators, parse_sweep};
 use crate::cli::bench::reference::{ReferenceArgs, ReferenceFile};
 use crate::cli::bench::scene::{BenchScene, BenchSceneArgs};
@@ -22,6 +22,7 @@ use crate::cli::text::{command_line, short, today};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::film::write::write_atomic;
+use crate::integrator::View;
 use crate::math::fnv::fnv;
 use crate::render::{Prepared, RenderError, RenderOptions};
 use crate::training::When;
@@ -148,7 +149,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let kept = args.output.join("runs.jsonl");
     let mut records = Records::open(&kept)?;
     install_interrupt();
-    let context = open_device(&args.subject.picture.device, quiet)?;
+    let context = args.subject.picture.device.open(quiet)?;
     let plan = Plan {
         time: Some(args.time),
         samples: args.spp,
@@ -306,7 +307,8 @@ impl Bench<'_> {
     }
 
     fn key(&self, candidate: &Candidate, round: u32) -> Key {
-        let RenderOptions { width, height, camera, max_depth, roulette_cap, .. } = self.subject.options;
+        let RenderOptions { view: View { width, height, max_depth, roulette_cap, .. }, camera, .. } =
+            self.subject.options;
         // Renders share no random numbers, whoever else takes part: their errors are independent.
         let stream = fnv(candidate.label.as_bytes()) >> 33;
         Key {

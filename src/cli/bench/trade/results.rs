@@ -127,7 +127,7 @@ pub fn scene_result(
     SceneResult {
         name: subject.name.clone(),
         hash: format!("{:016x}", subject.hash),
-        size: [subject.options.width, subject.options.height],
+        size: [subject.options.view.width, subject.options.view.height],
         reference: ReferenceResult {
             file: reference.path.display().to_string(),
             stride: reference.stride(),

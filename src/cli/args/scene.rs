@@ -1,0 +1,80 @@
+//! The scene that is rendered.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::InputError;
+use crate::cli::CliError;
+use crate::scene::gltf::{self, LoadOptions};
+use crate::scene::{Environment, Scene, SceneFeatures, builtin};
+
+/// A scene and what is added to it.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArgs {
+    /// A .gltf or .glb file, or `builtin:NAME` (see `halfway info --builtins`).
+    pub scene: PathBuf,
+    /// An .exr or .hdr latitude-longitude picture as environment light.
+    #[arg(long, value_name = "FILE")]
+    pub env: Option<PathBuf>,
+    /// Factor on the environment.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    pub env_scale: f32,
+    /// Rotation of the environment about the vertical axis, degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true)]
+    pub env_rotate: f32,
+    /// Let the scene refer to files outside its folder.
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl SceneArgs {
+    /// The files that it is read from, as far as they are named here: none of a built-in scene.
+    #[cfg(feature = "preview")]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let is_file = |path: &&PathBuf| !path.to_string_lossy().starts_with("builtin:");
+        std::iter::once(&self.scene).filter(is_file).chain(&self.env).cloned().collect()
+    }
+
+    /// Loads the scene, adds the environment, and prints the loader's warnings.
+    ///
+    /// # Errors
+    /// What the loader reports.
+    pub fn load(&self) -> Result<Scene, CliError> {
+        let mut scene = match self.scene.to_str().and_then(|name| name.strip_prefix("builtin:")) {
+            Some(name) => builtin::builtin(name).ok_or_else(|| {
+                InputError::Usage(format!(
+                    "no built-in scene '{name}'; there are: {}",
+                    builtin::NAMES.join(", ")
+                ))
+            })?,
+            None => {
+                let options = LoadOptions { allow_outside: self.allow_outside, ..LoadOptions::default() };
+                gltf::load(&self.scene, &options)?
+            }
+        };
+        if let Some(path) = &self.env {
+            let mut environment = Environment::load(path)?;
+            environment.scale = self.env_scale;
+            environment.rotation = self.env_rotate.to_radians();
+            scene.environment = Some(environment);
+        }
+        for warning in &scene.warnings {
+            log::warn!("{warning}");
+        }
+        Ok(scene)
+    }
+}
+
+/// Warns of a scene whose picture will be empty or black.
+pub fn say_what_is_missing(scene: &Scene) {
+    if scene.triangle_count() == 0 {
+        log::warn!("the scene has no triangles; only its environment, if any, will be seen");
+    }
+    if !SceneFeatures::of(scene).lights() {
+        log::warn!(
+            "the scene has no light: the picture will be black. Give it an emissive material, a \
+             KHR_lights_punctual light, or an environment with --env"
+        );
+    }
+}

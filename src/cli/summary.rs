@@ -1,0 +1,132 @@
+//! What is told of a render or a training that is over: lines on stderr, and reports as JSON.
+
+use std::path::Path;
+
+use super::CliError;
+use super::progress::say_choices;
+use crate::bench::trade::Point;
+use crate::device::Context;
+use crate::render::{RenderOptions, Report, Stop};
+use crate::subspace::TrainingReport;
+use crate::training::TrainingResult;
+
+/// Tells what a render did.
+pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
+    let rate = f64::from(report.samples) * f64::from(options.view.width) * f64::from(options.view.height)
+        / report.seconds;
+    let reason = match report.stop {
+        Stop::Samples => "--spp reached",
+        Stop::Time => "--time reached",
+        Stop::Error => "--error reached",
+        Stop::Interrupted => "interrupted",
+    };
+    let error =
+        report.estimated_error.map_or(String::new(), |e| format!(", estimated error {:.2} %", 100.0 * e));
+    eprintln!(
+        "{} spp in {:.2} s ({:.2} M samples/s){error}; {reason}. Before that: loading {load_seconds:.2} s, BVH {:.2} s, \
+         compiling {:.2} s.",
+        report.samples,
+        report.seconds,
+        rate * 1e-6,
+        report.accel_seconds,
+        report.compile_seconds
+    );
+    say_choices(&report.choices);
+    if let Some(training) = &report.training {
+        let gain = held_out_gain(training)
+            .map_or(String::new(), |gain| format!(", held-out loss {gain:.3} of the start's"));
+        let when = match options.model {
+            Some(_) => "learnt before".to_string(),
+            None => format!(
+                "learnt in {:.2} s ({:.2} s of them tracing)",
+                report.preprocessing_seconds, report.pretracing_seconds
+            ),
+        };
+        eprintln!(
+            "{when} from {} paths with {} connections: {} eye subspaces in use{gain}",
+            training.counts.paths, training.counts.nodes, training.counts.learnt_rows,
+        );
+    }
+    if report.dropped_triangles > 0 {
+        eprintln!("{} triangles without area were left out", report.dropped_triangles);
+    }
+}
+
+/// Tells how far a picture is from its reference.
+pub fn judged(point: &Point) {
+    let Point { mape, relmse, mean_ratio, .. } = point;
+    eprintln!(
+        "against the reference: MAPE {:.2} %, relMSE {relmse:.3e}, mean ratio {mean_ratio:.4}",
+        100.0 * mape
+    );
+}
+
+/// Tells what a training did.
+pub fn trained(trained: &TrainingResult) {
+    let (model, report) = (&trained.model, &trained.model.report);
+    let counts = &report.counts;
+    eprintln!(
+        "learnt in {:.2} s: {:.2} s of tracing, {:.2} s of fitting",
+        (trained.tracing + trained.learning).as_secs_f64(),
+        trained.tracing.as_secs_f64(),
+        trained.learning.as_secs_f64()
+    );
+    eprintln!(
+        "from {} paths with {} connections, found among {} camera paths",
+        counts.paths, counts.nodes, trained.camera_paths
+    );
+    say_choices(&trained.choices);
+    eprintln!(
+        "{} subspaces a side: {} eye and {} light subspaces in use",
+        model.subspaces, counts.learnt_rows, counts.active_columns
+    );
+    if let Some(gain) = held_out_gain(report) {
+        eprintln!(
+            "held-out loss {gain:.3} of the start's, after {} of {} steps, {} learnt from neighbours",
+            report.best_step,
+            report.losses.len().saturating_sub(1),
+            report.losses.get(report.best_step as usize).map_or(0.0, |loss| loss.smoothing)
+        );
+    }
+}
+
+/// The loss on paths that taught nothing, over what it was before the first step.
+fn held_out_gain(report: &TrainingReport) -> Option<f64> {
+    let loss = |step: usize| report.losses.get(step)?.held_out;
+    let start = loss(0).filter(|start| *start > 0.0)?;
+    Some(loss(report.best_step as usize)? / start)
+}
+
+/// The report on a training.
+pub fn training_stats(trained: &TrainingResult, report: &Report) -> serde_json::Value {
+    let model = &trained.model;
+    serde_json::json!({
+        "scene_hash": format!("{:016x}", model.scene_hash),
+        "accel_seconds": report.accel_seconds,
+        "upload_seconds": report.upload_seconds,
+        "pretracing_seconds": report.pretracing_seconds,
+        "preprocessing_seconds": report.preprocessing_seconds,
+        "camera_paths": trained.camera_paths,
+        "round_losses": trained.losses,
+        "choices": trained.choices,
+        "subspaces": model.subspaces,
+        "connections": model.connections,
+        "settings": model.settings,
+        "training": model.report,
+    })
+}
+
+/// Writes a report, with the device and the time of loading.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_stats(
+    path: &Path,
+    mut value: serde_json::Value,
+    context: &Context,
+    load_seconds: f64,
+) -> Result<(), CliError> {
+    value["device"] = context.describe().into();
+    value["load_seconds"] = load_seconds.into();
+    std::fs::write(path, serde_json::to_string_pretty(&value)?).map_err(CliError::write("the report", path))
+}

@@ -1,0 +1,186 @@
+//! Every feature that an `#if` of a shader may name: the only list of them. What is off is not in the text of a kernel,
+//! has no buffer and costs nothing.
+
+use std::fmt;
+
+use crate::scene::SceneFeatures;
+
+macro_rules! features {
+    (
+        scene { $($scene:ident $scene_field:ident, [$($scene_implied:ident),*], $scene_about:literal;)* }
+        others { $($other:ident $other_name:ident, [$($other_implied:ident),*], $other_about:literal;)* }
+    ) => {
+        /// A part of the kernels that can be left out of their text.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Feature {
+            $(#[doc = $scene_about] $scene,)*
+            $(#[doc = $other_about] $other,)*
+        }
+
+        impl Feature {
+            /// All of them, those of scenes first.
+            pub const ALL: &'static [Self] = &[$(Self::$scene,)* $(Self::$other,)*];
+
+            /// As `#if` has it.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$scene => stringify!($scene_field),)*
+                    $(Self::$other => stringify!($other_name),)*
+                }
+            }
+
+            /// What it is, or what it costs where it is on.
+            pub fn about(self) -> &'static str {
+                match self {
+                    $(Self::$scene => $scene_about,)*
+                    $(Self::$other => $other_about,)*
+                }
+            }
+
+            /// What is on wherever this is.
+            pub fn implies(self) -> &'static [Self] {
+                match self {
+                    $(Self::$scene => &[$(Self::$scene_implied),*],)*
+                    $(Self::$other => &[$(Self::$other_implied),*],)*
+                }
+            }
+
+            /// The switch of a scene's features that turns it on; `None` for what follows from others, from the method or
+            /// from the device. A switch that is not in the table does not compile.
+            pub fn switch(self, features: &mut SceneFeatures) -> Option<&mut bool> {
+                let SceneFeatures { $($scene_field),* } = features;
+                match self {
+                    $(Self::$scene => Some($scene_field),)*
+                    $(Self::$other => None,)*
+                }
+            }
+        }
+    };
+}
+
+features! {
+    scene {
+        LambertOnly lambert_only, [], "saves the microfacet code and its table of albedos";
+        Transmission transmission, [], "adds refraction to the shading kernel";
+        RoughTransmission rough_transmission, [Transmission], "adds a microfacet lobe for transmission";
+        Absorption absorption, [], "an exponential for each segment inside a volume";
+        Alpha alpha, [], "looks up opacity inside the traversal, at every hit of such a surface";
+        Textures textures, [], "look-ups while shading; 4 bytes per texel of memory";
+        Normals normals, [Attributes], "12 bytes per vertex";
+        NormalMap normal_map, [Attributes, Textures], "28 bytes per vertex, one look-up per surface";
+        VertexColors vertex_colors, [Attributes], "16 bytes per vertex";
+        Uv0 uv0, [Attributes], "8 bytes per vertex";
+        Uv1 uv1, [Attributes], "8 bytes per vertex";
+        AreaLights area_lights, [Lights], "one shadow ray per surface, shared by all lights";
+        Unlit unlit, [], "a test per surface";
+        PunctualLights punctual_lights, [Lights], "one shadow ray per surface, shared by all lights";
+        Environment environment, [Lights], "24 bytes per texel; misses are shaded";
+    }
+    others {
+        // From the scene.
+        Attributes attributes, [], "vertices carry more than positions";
+        Lights lights, [], "something can be sampled as a light";
+        DeepTree deep_tree, [], "the traversal's stack is four times as large";
+        // From the device.
+        OneLane one_lane, [], "a workgroup's invocations run one after the other: sums are serial";
+        // From the method, for all its kernels.
+        Bidirectional bidirectional, [], "rays carry what bidirectional weights need, 32 bytes each";
+        Splats splats, [], "the film adds what light paths brought to its pixels";
+        Subspaces subspaces, [Bidirectional], "vertices are classified, connections drawn by subspace";
+        SubspaceDirections subspace_directions, [Subspaces], "directions count in the classification";
+        Learns learns, [Subspaces], "paths are written down in place of being shown";
+        LambertVertices lambert_vertices, [LambertOnly, Bidirectional], "light vertices of 48 bytes in place of 64";
+        // From the method, for single kernels.
+        AnyHit any_hit, [], "the traversal ends at the first hit";
+        SplatsAtomic splats_atomic, [], "connections add to pixels in any order";
+        LightPaths light_paths, [], "paths are numbered as light paths";
+        SharedLightPaths shared_light_paths, [LightPaths], "light paths are spread over the whole iteration";
+        LightCache light_cache, [], "light paths leave their vertices in the cache";
+        LightOnly light_only, [], "there are no eye paths: lights themselves are connected to the camera";
+        OwnLightPath own_light_path, [], "an eye path is connected to its own light path";
+    }
+}
+
+impl Feature {
+    /// The feature of that name.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|feature| feature.name() == name)
+    }
+
+    /// Those that a scene turns on or off, in the order of their table.
+    pub fn of_scenes() -> impl Iterator<Item = Self> {
+        let mut features = SceneFeatures::default();
+        Self::ALL.iter().copied().filter(move |feature| feature.switch(&mut features).is_some())
+    }
+
+    fn bit(self) -> u64 {
+        1 << self as u32
+    }
+}
+
+impl fmt::Display for Feature {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a stitched text is made with. Whatever a feature implies comes with it.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Features(u64);
+
+impl Features {
+    /// Turns a feature on, and all that it implies.
+    pub fn insert(&mut self, feature: Feature) {
+        if !self.contains(feature) {
+            self.0 |= feature.bit();
+            self.extend(feature.implies().iter().copied());
+        }
+    }
+
+    /// These and some more.
+    pub fn with(mut self, more: &[Feature]) -> Self {
+        self.extend(more.iter().copied());
+        self
+    }
+
+    pub fn contains(self, feature: Feature) -> bool {
+        self.0 & feature.bit() != 0
+    }
+
+    /// In the order of the table.
+    pub fn iter(self) -> impl Iterator<Item = Feature> {
+        Feature::ALL.iter().copied().filter(move |&feature| self.contains(feature))
+    }
+}
+
+impl From<SceneFeatures> for Features {
+    fn from(mut scene: SceneFeatures) -> Self {
+        Feature::of_scenes().filter(|feature| feature.switch(&mut scene).is_some_and(|on| *on)).collect()
+    }
+}
+
+impl Extend<Feature> for Features {
+    fn extend<I: IntoIterator<Item = Feature>>(&mut self, features: I) {
+        features.into_iter().for_each(|feature| self.insert(feature));
+    }
+}
+
+impl FromIterator<Feature> for Features {
+    fn from_iter<I: IntoIterator<Item = Feature>>(features: I) -> Self {
+        let mut set = Self::default();
+        set.extend(features);
+        set
+    }
+}
+
+impl<const N: usize> From<[Feature; N]> for Features {
+    fn from(features: [Feature; N]) -> Self {
+        features.into_iter().collect()
+    }
+}
+
+impl fmt::Debug for Features {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_set().entries(self.iter().map(Feature::name)).finish()
+    }
+}

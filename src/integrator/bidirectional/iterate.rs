@@ -1,0 +1,200 @@
+//! One iteration: light paths into the cache and to the camera, then eye paths against the cache.
+
+use super::Bidirectional;
+use crate::device::layout::{Batch, Counts};
+use crate::device::{Context, DeviceError};
+use crate::integrator::Selector;
+use crate::integrator::wavefront::{Bounce, Size, Stage, total};
+
+/// What light paths are traced for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Light {
+    CameraAndCache,
+    Cache,
+}
+
+impl Bidirectional {
+    /// Traces `paths` light paths into the cache that all eye paths share, and nothing else; `batch` says of which sample.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn fill_cache(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        paths: u32,
+    ) -> Result<Counts, DeviceError> {
+        let template = Batch { light_path_count: paths, ..*batch };
+        self.trace_light(context, &self.shared_batches(&template), Light::Cache)
+    }
+
+    /// The light paths of an iteration, as many at a time as the queues hold.
+    fn shared_batches(&self, template: &Batch) -> Vec<Batch> {
+        let paths = template.light_path_count;
+        let most = self.wavefront.slice;
+        (0..paths)
+            .step_by(most as usize)
+            .map(|first| Batch {
+                first_light_path: first,
+                pixel_count: most.min(paths - first),
+                sample_count: 1,
+                ..*template
+            })
+            .collect()
+    }
+
+    /// Traces batches of light paths into the empty cache and sorts it.
+    fn trace_light(
+        &mut self,
+        context: &Context,
+        batches: &[Batch],
+        purpose: Light,
+    ) -> Result<Counts, DeviceError> {
+        let before = self.wavefront.counts(context)?;
+        let mut purpose = purpose;
+        let counts = loop {
+            let mut encoder = context.device.create_command_encoder(&Default::default());
+            let offset = std::mem::offset_of!(Counts, light_vertices) as u64;
+            encoder.clear_buffer(self.wavefront.buffers.get("counts")?, offset, Some(8));
+            context.queue.submit([encoder.finish()]);
+            for batch in batches {
+                self.trace_light_batch(context, batch, purpose)?;
+            }
+            let counts = self.wavefront.counts(context)?;
+            if self.capacity == 0 || counts.light_vertices <= self.capacity {
+                break counts;
+            }
+            self.wavefront.light_counts.cache_overflows += 1;
+            // Once more with room for all; what went to the camera has arrived there.
+            self.make_cache(context, u64::from(counts.light_vertices) * 5 / 4)?;
+            purpose = Light::Cache;
+        };
+        let totals = &mut self.wavefront.light_counts;
+        totals.light_closest_hit += total(counts.closest_total) - total(before.closest_total);
+        totals.light_occlusion += total(counts.shadow_total) - total(before.shadow_total);
+        totals.light_vertices += u64::from(counts.light_vertices);
+        self.wavefront.submit(context, &self.stages.sort)?;
+        Ok(counts)
+    }
+
+    fn trace_light_batch(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        purpose: Light,
+    ) -> Result<(), DeviceError> {
+        let Some(rays) = &self.stages.light_rays else { return Ok(()) };
+        let bounce = match purpose {
+            Light::CameraAndCache => &self.stages.light_bounce,
+            Light::Cache => &self.stages.quiet_light_bounce,
+        };
+        let mut encoder = self.wavefront.start(context, batch, rays)?;
+        if self.plan.selector.is_none() {
+            self.wavefront.record(&mut encoder, &self.stages.camera_tests)?;
+        }
+        self.wavefront.bounce(context, encoder, bounce, batch.max_depth)
+    }
+
+    /// Each eye path has a light path of its own.
+    fn connects_own_path(&self) -> bool {
+        self.plan.selector == Some(Selector::OwnPath)
+    }
+
+    /// The stages of a bounce of eye paths.
+    fn eye_bounce(&self, counts: &Counts) -> Bounce {
+        let rounds = match self.connects_own_path() {
+            true => counts.longest_light_path.max(1).div_ceil(self.plan.connections),
+            false => 1,
+        };
+        [0, 1].map(|parity: usize| {
+            let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
+            if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
+                stages.push(Stage::new(&labels[parity], Size::Paths));
+            }
+            if let Some(connect) = &self.stages.connect {
+                for _ in 0..rounds {
+                    stages.push(Stage::new(&connect[parity], Size::Cells));
+                    stages.extend(self.wavefront.test_connections.iter().cloned());
+                }
+            }
+            if let Some(shade) = &self.stages.eye_shade {
+                stages.push(Stage::new(&shade[parity], Size::Paths));
+            }
+            stages.push(Stage::new(&self.wavefront.advance, Size::Count(1)));
+            stages
+        })
+    }
+
+    /// Traces eye paths against the cache.
+    fn trace_eye(&mut self, context: &Context, batch: &Batch, counts: &Counts) -> Result<(), DeviceError> {
+        let first_rays = self.wavefront.camera_rays.clone();
+        let encoder = self.wavefront.start(context, batch, &first_rays)?;
+        if self.stages.eye_shade.is_some() {
+            let bounce = self.eye_bounce(counts);
+            return self.wavefront.bounce(context, encoder, &bounce, batch.max_depth);
+        }
+        context.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// A batch as the method's kernels want it.
+    fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
+        let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
+        Batch {
+            light_path_count: light_paths,
+            connection_density: match self.plan.selector {
+                Some(Selector::OwnPath | Selector::Uniform) => self.connection_density,
+                Some(Selector::Subspaces) | None => 0.0,
+            },
+            camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
+            ..batch
+        }
+    }
+
+    /// Traces the eye paths of a batch against `light_paths` light paths, for kernels that write down what they find.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn find_paths(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        light_paths: u32,
+    ) -> Result<Counts, DeviceError> {
+        let batch = self.complete(*batch, light_paths);
+        let counts = self.trace_light(context, &self.shared_batches(&batch), Light::Cache)?;
+        self.trace_eye(context, &batch, &counts)?;
+        Ok(counts)
+    }
+
+    /// An iteration of the batches' samples.
+    pub(super) fn iterate(
+        &mut self,
+        context: &Context,
+        batches: &[Batch],
+        light_paths: u32,
+    ) -> Result<(), DeviceError> {
+        let lit = self.stages.light_rays.is_some();
+        let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
+        let own_paths = self.connects_own_path();
+        let mut purpose = Light::CameraAndCache;
+        let mut counts = Counts::default();
+        if lit && !own_paths {
+            counts = self.trace_light(context, &self.shared_batches(&batches[0]), purpose)?;
+        } else if lit && batches.len() > 1 && self.plan.to_camera {
+            // All that light paths bring to the camera has to be there before the first pixel is summed.
+            for batch in &batches {
+                self.trace_light(context, &[*batch], purpose)?;
+            }
+            purpose = Light::Cache;
+        }
+        for batch in &batches {
+            if lit && own_paths {
+                counts = self.trace_light(context, &[*batch], purpose)?;
+            }
+            self.trace_eye(context, batch, &counts)?;
+            self.wavefront.accumulate(context, batch)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! Which kernels each method compiles, and for which features: known without a device, so that a test can look at the text
+//! of every kernel that any scene may ask for. Debug builds check that nothing else is compiled.
+
+use crate::device::{Feature, Features};
+
+use super::plan::{LightPaths, Plan, Selector, Weights};
+
+/// What all kernels of a wavefront for a plan may have in common, for a scene and a device with these features.
+pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
+    if plan.light_paths == LightPaths::None {
+        return vec![scene];
+    }
+    let mut base = scene.with(&[Feature::Bidirectional]);
+    if plan.to_camera {
+        base.insert(Feature::Splats);
+    }
+    // Without a light there is nothing to learn, and no subspaces.
+    let mut forms = vec![base];
+    if plan.weights == Weights::Subspaces {
+        forms.push(base.with(&[Feature::Subspaces]));
+        forms.push(base.with(&[Feature::SubspaceDirections]));
+    }
+    let lambert =
+        |form: &Features| form.contains(Feature::LambertOnly) && !form.contains(Feature::SubspaceDirections);
+    let lambert: Vec<Features> = forms
+        .iter()
+        .filter(|form| lambert(form))
+        .map(|form| form.with(&[Feature::LambertVertices]))
+        .collect();
+    let learning: Vec<Features> = forms
+        .iter()
+        .filter(|form| form.contains(Feature::Subspaces))
+        .map(|form| form.with(&[Feature::Learns]))
+        .collect();
+    forms.extend(lambert);
+    forms.extend(learning);
+    forms
+}
+
+/// The kernels of a wavefront of one of the [`forms`] of a plan, each with all its features.
+pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
+    let mut kernels = vec![
+        ("camera_rays", form),
+        ("closest_hit", form),
+        ("queue_advance", form),
+        ("film_accumulate", form),
+        ("first_hit", form),
+    ];
+    let lights = form.contains(Feature::Lights);
+    if lights {
+        kernels.extend([("shadow_advance", form), ("occlusion", form.with(&[Feature::AnyHit]))]);
+    }
+    if !form.contains(Feature::Bidirectional) {
+        kernels.push(("path_shade", form));
+        return kernels;
+    }
+    if plan.selector.is_some() {
+        kernels.push(("eye_shade", form));
+    }
+    if !lights {
+        return kernels;
+    }
+    let light = form.with(&light_features(plan));
+    kernels.extend([("light_rays", light), ("light_shade", light)]);
+    if form.contains(Feature::Alpha) {
+        kernels.push(("closest_hit", light));
+    }
+    if plan.to_camera {
+        let splats = light.with(&[Feature::AnyHit, Feature::SplatsAtomic]);
+        kernels.extend([("camera_connections", light), ("occlusion", splats)]);
+    }
+    if let Some(selector) = plan.selector {
+        let connections = form.with(connection_features(selector));
+        kernels.extend([("light_scan", form), ("light_order", form), ("light_connections", connections)]);
+    }
+    if form.contains(Feature::Subspaces) {
+        let sort = ["eye_labels", "bucket_counts", "bucket_scan", "bucket_order", "bucket_tables"];
+        kernels.extend(sort.map(|kernel| (kernel, form)));
+    }
+    // What `training` compiles beside them.
+    if plan.shares_cache() && !form.contains(Feature::LambertVertices) {
+        kernels.extend([("light_samples", form), ("training_shade", form)]);
+    }
+    kernels
+}
+
+/// What the kernels of light paths have beside their form.
+pub(crate) fn light_features(plan: &Plan) -> Vec<Feature> {
+    let mut features = vec![Feature::LightPaths];
+    if plan.light_paths.are_shared() {
+        features.push(Feature::SharedLightPaths);
+    }
+    features.push(if plan.selector.is_some() { Feature::LightCache } else { Feature::LightOnly });
+    features
+}
+
+/// What the kernel of connections has beside its form.
+pub(crate) fn connection_features(selector: Selector) -> &'static [Feature] {
+    match selector {
+        Selector::OwnPath => &[Feature::OwnLightPath],
+        Selector::Uniform | Selector::Subspaces => &[],
+    }
+}

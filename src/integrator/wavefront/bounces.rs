@@ -1,0 +1,199 @@
+//! Batches of samples, and the loop over the surfaces of their paths.
+
+use std::time::Instant;
+
+use super::Wavefront;
+use crate::device::layout::{Batch, EVERY_STRATEGY, SAMPLES_A_GROUP};
+use crate::device::timing::Timing;
+use crate::device::{Bound, Context, DeviceError};
+use crate::math::rng::seed_key;
+
+/// Surfaces between two looks at how many paths are left.
+const BOUNCES_PER_SUBMISSION: u32 = 8;
+/// Depth is stored in 16 bits.
+const LARGEST_DEPTH: u32 = 0xffff;
+/// Sets the numbers of light paths apart from those of eye paths.
+const LIGHT_STREAM: u32 = 0x9e37_79b9;
+
+/// How many invocations a stage has: known here, or read by the device from `arguments`.
+#[derive(Clone, Copy)]
+pub(crate) enum Size {
+    Count(u32),
+    /// Paths in the queue.
+    Paths,
+    /// Connections in the queue.
+    Shadow,
+    /// Cells of the paths in the queue.
+    Cells,
+}
+
+/// A kernel of a bounce.
+#[derive(Clone)]
+pub(crate) struct Stage {
+    pub kernel: Bound,
+    pub size: Size,
+}
+
+impl Stage {
+    pub fn new(kernel: &Bound, size: Size) -> Self {
+        Self { kernel: kernel.clone(), size }
+    }
+}
+
+/// The stages of a bounce. Paths change places between two buffers, hence two of each.
+pub(crate) type Bounce = [Vec<Stage>; 2];
+
+impl Wavefront {
+    /// Samples of the whole picture that the queues hold at once, each with so many light paths; but no more than a group.
+    pub(crate) fn samples_at_once(&self, light_paths: u32) -> u32 {
+        let pixels = self.settings.view.width * self.settings.view.height;
+        let most = (self.capacity / pixels.max(light_paths)).clamp(1, SAMPLES_A_GROUP);
+        // Groups are made of whole iterations.
+        1 << most.ilog2()
+    }
+
+    /// A batch of one path of the first pixel, to make drivers compile: they do so at the first dispatch.
+    pub(crate) fn tiny_batch(&self) -> Batch {
+        Batch { pixel_count: 1, sample_count: 1, max_depth: 2, ..self.batches(0, 1)[0] }
+    }
+
+    /// Cuts samples into batches that the queues hold: whole rounds over small pictures, parts of large ones. Where only
+    /// slices of the queues are used, there are fewer pixels in a batch, not fewer samples.
+    pub(crate) fn batches(&self, first_sample: u32, samples: u32) -> Vec<Batch> {
+        let pixels = self.settings.view.region().pixels();
+        let samples_a_batch = (self.capacity / pixels).max(1);
+        let pixels_a_batch = pixels.min((self.slice / samples_a_batch.min(samples.max(1))).max(1));
+        let strategy = self.settings.strategy;
+        let template = Batch {
+            width: self.settings.view.width,
+            height: self.settings.view.height,
+            crop_x: self.settings.view.region().x,
+            crop_y: self.settings.view.region().y,
+            crop_width: self.settings.view.region().width,
+            crop_height: self.settings.view.region().height,
+            crop_stride: self.settings.view.region().stride,
+            seed: seed_key(self.settings.view.seed),
+            // Another stream than any user's seed gives the eye paths.
+            light_seed: seed_key(!self.settings.view.seed).wrapping_add(LIGHT_STREAM),
+            max_depth: self.settings.view.max_depth.unwrap_or(LARGEST_DEPTH).min(LARGEST_DEPTH),
+            only_s: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.s),
+            only_t: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.t),
+            weighted: u32::from(strategy.is_none_or(|strategy| strategy.weighted)),
+            subspaces: self.subspaces,
+            ..Batch::default()
+        };
+        let mut batches = Vec::new();
+        for sample in (0..samples).step_by(samples_a_batch as usize) {
+            for pixel in (0..pixels).step_by(pixels_a_batch as usize) {
+                batches.push(Batch {
+                    first_pixel: pixel,
+                    pixel_count: pixels_a_batch.min(pixels - pixel),
+                    first_sample: first_sample + sample,
+                    sample_count: samples_a_batch.min(samples - sample),
+                    ..template
+                });
+            }
+        }
+        batches
+    }
+
+    /// Fills the queue with the first rays of a batch.
+    pub(crate) fn start(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        first_rays: &Bound,
+    ) -> Result<wgpu::CommandEncoder, DeviceError> {
+        self.buffers.write(context, "batch", bytemuck::bytes_of(batch))?;
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let paths = batch.pixel_count * batch.sample_count;
+        self.started = paths;
+        record(&mut encoder, &mut self.timing, first_rays, Extent::Count(paths));
+        record(&mut encoder, &mut self.timing, &self.advance, Extent::Count(1));
+        Ok(encoder)
+    }
+
+    /// Records stages one after the other.
+    pub(crate) fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stages: &[Stage],
+    ) -> Result<(), DeviceError> {
+        let arguments = self.buffers.get("arguments")?;
+        for stage in stages {
+            let extent = match stage.size {
+                Size::Count(count) => Extent::Count(count),
+                Size::Paths => Extent::Indirect(arguments, 0),
+                Size::Shadow => Extent::Indirect(arguments, 16),
+                Size::Cells => Extent::Indirect(arguments, 32),
+            };
+            record(encoder, &mut self.timing, &stage.kernel, extent);
+        }
+        Ok(())
+    }
+
+    /// Bounces until no path is left, but `max_bounces` at most. What `encoder` holds goes before.
+    pub(crate) fn bounce(
+        &mut self,
+        context: &Context,
+        mut encoder: wgpu::CommandEncoder,
+        stages: &Bounce,
+        max_bounces: u32,
+    ) -> Result<(), DeviceError> {
+        let mut depth = 0;
+        loop {
+            let start = Instant::now();
+            for _ in 0..BOUNCES_PER_SUBMISSION.min(max_bounces - depth) {
+                self.record(&mut encoder, &stages[depth as usize % 2])?;
+                depth += 1;
+            }
+            context.queue.submit([encoder.finish()]);
+            encoder = context.device.create_command_encoder(&Default::default());
+            if let Some(timing) = self.timing.as_mut().filter(|timing| timing.is_filling()) {
+                timing.collect(context)?;
+            }
+            let counts = self.counts(context)?;
+            if depth <= BOUNCES_PER_SUBMISSION {
+                self.pace(start.elapsed())?;
+            }
+            if depth >= max_bounces || counts.paths_in == 0 {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Adds a batch to the film.
+    pub(crate) fn accumulate(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
+        let stage = Stage::new(&self.accumulate, Size::Count(batch.pixel_count));
+        self.submit(context, &[stage])
+    }
+
+    /// Submits stages on their own.
+    pub(crate) fn submit(&mut self, context: &Context, stages: &[Stage]) -> Result<(), DeviceError> {
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, stages)?;
+        context.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+}
+
+/// A [`Size`] as the encoder wants it: an offset in bytes where the device decides.
+pub(crate) enum Extent<'a> {
+    Count(u32),
+    Indirect(&'a wgpu::Buffer, u64),
+}
+
+pub(crate) fn record(
+    encoder: &mut wgpu::CommandEncoder,
+    timing: &mut Option<Timing>,
+    kernel: &Bound,
+    extent: Extent,
+) {
+    let timestamp_writes = timing.as_mut().and_then(|timing| timing.writes(&kernel.name));
+    let mut pass = encoder
+        .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&kernel.name), timestamp_writes });
+    match extent {
+        Extent::Count(invocations) => kernel.dispatch(&mut pass, invocations),
+        Extent::Indirect(arguments, offset) => kernel.dispatch_indirect(&mut pass, arguments, offset),
+    }
+}

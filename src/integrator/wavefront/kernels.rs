@@ -1,0 +1,185 @@
+//! The kernels that all integrators share, and what they and those of an integrator are compiled with.
+
+use std::time::Duration;
+
+use super::{Size, Stage, Wavefront};
+use crate::device::layout::{LambertVertex, LightVertex};
+use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features, Kernel};
+use crate::integrator::kernels::kernels;
+use crate::integrator::{Plan, Settings};
+
+/// What a wavefront is made for.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Form {
+    /// Connections that a path may have in flight.
+    pub cells: u32,
+    /// Rays carry what bidirectional weights need.
+    pub bidirectional: bool,
+    /// Light paths add to the film.
+    pub splats: bool,
+    /// Vertices are classified into subspaces.
+    pub subspaces: bool,
+    /// Directions count in the classification.
+    pub subspace_directions: bool,
+    /// Paths are written down, for the host to learn from.
+    pub learns: bool,
+    /// Light vertices are those of `LambertVertex`.
+    pub lambert_vertices: bool,
+}
+
+impl Form {
+    /// What all kernels of the wavefront are compiled with, beside what the scene and the device want.
+    pub(super) fn features(&self) -> impl Iterator<Item = Feature> {
+        [
+            (Feature::Bidirectional, self.bidirectional),
+            (Feature::Splats, self.splats),
+            (Feature::Subspaces, self.subspaces),
+            (Feature::SubspaceDirections, self.subspace_directions),
+            (Feature::Learns, self.learns),
+            (Feature::LambertVertices, self.lambert_vertices),
+        ]
+        .into_iter()
+        .filter_map(|(feature, on)| on.then_some(feature))
+    }
+}
+
+/// What kernels are compiled with, and how long that took.
+pub(super) struct Compiler {
+    pub plan: Plan,
+    pub features: Features,
+    pub constants: Vec<(&'static str, f64)>,
+    pub time: Duration,
+}
+
+impl Compiler {
+    /// With features beside those of the scene.
+    pub fn compile(
+        &mut self,
+        context: &Context,
+        name: &str,
+        extra: &[Feature],
+    ) -> Result<Kernel, DeviceError> {
+        let features = self.features.with(extra);
+        debug_assert!(
+            kernels(&self.plan, self.features).contains(&(name, features)),
+            "{name} with {features:?} is not among the kernels that tests look at"
+        );
+        let kernel = Kernel::new(context, name, features, &self.constants)?;
+        self.time += kernel.compile_time;
+        Ok(kernel)
+    }
+}
+
+/// Compiled once, before there are buffers.
+pub(super) struct SharedKernels {
+    pub camera_rays: Kernel,
+    pub closest_hit: Kernel,
+    pub advance: Kernel,
+    /// Tests of connections; none where nothing connects.
+    pub tests: Option<[Kernel; 2]>,
+    pub accumulate: Kernel,
+    pub first_hit: Option<Kernel>,
+}
+
+impl SharedKernels {
+    pub fn new(context: &Context, compiler: &mut Compiler, settings: &Settings) -> Result<Self, DeviceError> {
+        let connects = compiler.features.contains(Feature::Lights);
+        let mut compile = |name: &str, extra: &[Feature]| compiler.compile(context, name, extra);
+        Ok(Self {
+            camera_rays: compile("camera_rays", &[])?,
+            closest_hit: compile("closest_hit", &[])?,
+            advance: compile("queue_advance", &[])?,
+            tests: match connects {
+                true => Some([compile("shadow_advance", &[])?, compile("occlusion", &[Feature::AnyHit])?]),
+                false => None,
+            },
+            accumulate: compile("film_accumulate", &[])?,
+            first_hit: if settings.first_hit { Some(compile("first_hit", &[])?) } else { None },
+        })
+    }
+}
+
+impl Wavefront {
+    /// Binds the tests of connections to the buffers of now.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub(crate) fn bind_tests(&mut self, context: &Context) -> Result<(), DeviceError> {
+        if let Some([advance, occlusion]) = &self.tests {
+            self.test_connections = vec![
+                Stage::new(&advance.bind(context, &self.buffers)?, Size::Count(1)),
+                Stage::new(&occlusion.bind(context, &self.buffers)?, Size::Shadow),
+            ];
+        }
+        Ok(())
+    }
+
+    /// Something in the scene can be sampled as a light.
+    pub(crate) fn has_lights(&self) -> bool {
+        self.compiler.features.contains(Feature::Lights)
+    }
+
+    /// Kernels write down the paths that they find.
+    pub(crate) fn learns(&self) -> bool {
+        self.compiler.features.contains(Feature::Learns)
+    }
+
+    /// Bytes of a vertex of the light cache.
+    pub(crate) fn light_vertex_bytes(&self) -> u64 {
+        match self.compiler.features.contains(Feature::LambertVertices) {
+            true => size_of::<LambertVertex>() as u64,
+            false => size_of::<LightVertex>() as u64,
+        }
+    }
+
+    /// Masked or blended surfaces make every traversal draw numbers of its path.
+    pub(crate) fn has_alpha(&self) -> bool {
+        self.compiler.features.contains(Feature::Alpha)
+    }
+
+    /// Compiles a kernel of an integrator, with features beside those of the scene.
+    ///
+    /// # Errors
+    /// A kernel that does not compile.
+    pub(crate) fn compile(
+        &mut self,
+        context: &Context,
+        name: &str,
+        extra: &[Feature],
+    ) -> Result<Kernel, DeviceError> {
+        self.compiler.compile(context, name, extra)
+    }
+
+    /// Binds a kernel that reads `*_in` and writes `*_out`: for even and for odd bounces.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub(crate) fn bind_pair(
+        &mut self,
+        context: &Context,
+        kernel: &Kernel,
+    ) -> Result<[Bound; 2], DeviceError> {
+        bind_pair(context, &mut self.buffers, &self.swapped, kernel)
+    }
+}
+
+pub(super) fn bind_pair(
+    context: &Context,
+    buffers: &mut BufferTable,
+    swapped: &[(&'static str, [wgpu::Buffer; 2])],
+    kernel: &Kernel,
+) -> Result<[Bound; 2], DeviceError> {
+    let mut bind = |read: usize| {
+        for (name, pair) in swapped {
+            buffers.share(&format!("{name}_in"), pair[read].clone());
+            buffers.share(&format!("{name}_out"), pair[1 - read].clone());
+        }
+        let bound = kernel.bind(context, buffers);
+        for (name, _) in swapped {
+            buffers.unshare(&format!("{name}_in"));
+            buffers.unshare(&format!("{name}_out"));
+        }
+        bound
+    };
+    Ok([bind(0)?, bind(1)?])
+}

@@ -1,0 +1,159 @@
+//! The buffers between kernels, and what the device has counted in them.
+
+use super::Wavefront;
+use super::kernels::Form;
+use crate::device::layout::{
+    Batch, Camera, Counts, FilmPixel, FirstHitPixel, Hit, PathRay, ShadowRay, SubPath, TrainingEnd,
+    TrainingVertex,
+};
+use crate::device::{BufferTable, Context, DeviceError};
+use crate::integrator::Settings;
+
+/// Paths in flight on a software device: enough to hide the tail of a batch, few enough to stay in its caches and
+/// to keep a dispatch near 100 ms.
+const CPU_CAPACITY: u32 = 1 << 16;
+/// Paths in flight on a GPU.
+const GPU_CAPACITY: u32 = 1 << 20;
+/// Seven words per pixel: `shaders/bind/splats.wgsl`.
+const SPLAT_BYTES: u64 = 28;
+
+/// Buffers that paths change places between: the name, and both of them.
+pub(super) type Swapped = Vec<(&'static str, [wgpu::Buffer; 2])>;
+
+/// Paths in flight at most.
+pub(super) fn capacity(context: &Context) -> u32 {
+    if context.is_cpu() { CPU_CAPACITY } else { GPU_CAPACITY }
+}
+
+/// Makes the queues for so many paths, and the film. `connects`: there is light to connect to.
+pub(super) fn create(
+    context: &Context,
+    buffers: &mut BufferTable,
+    camera: &Camera,
+    settings: &Settings,
+    form: &Form,
+    connects: bool,
+) -> Result<Swapped, DeviceError> {
+    let bytes = |size: usize| u64::from(capacity(context)) * size as u64;
+    let mut pair = |names: [&str; 2], size: usize| {
+        let first = buffers.create(context, names[0], bytes(size))?.clone();
+        Ok::<_, DeviceError>([first, buffers.create(context, names[1], bytes(size))?.clone()])
+    };
+    let mut swapped = vec![("paths", pair(["paths a", "paths b"], size_of::<PathRay>())?)];
+    if form.bidirectional {
+        swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
+    }
+    if form.subspaces {
+        swapped.push(("shares", pair(["shares a", "shares b"], 16)?));
+        buffers.create(context, "eye_labels", bytes(8))?;
+    }
+    let cells = u64::from(form.cells);
+    buffers.create(context, "hits", bytes(size_of::<Hit>()))?;
+    buffers.create(context, "radiance", cells * bytes(16))?;
+    if connects {
+        buffers.create(context, "shadow_rays", cells * bytes(size_of::<ShadowRay>()))?;
+    }
+    buffers.create(context, "counts", size_of::<Counts>() as u64)?;
+    let indirect = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT;
+    buffers.create_with(context, "arguments", 48, indirect)?;
+    let pixels = u64::from(settings.view.region().pixels());
+    buffers.create(context, "film", pixels * size_of::<FilmPixel>() as u64)?;
+    if form.splats {
+        buffers.create(context, "splats", pixels * SPLAT_BYTES)?;
+    }
+    if settings.first_hit {
+        buffers.create(context, "first_hits", pixels * size_of::<FirstHitPixel>() as u64)?;
+    }
+    buffers.upload_uniform(context, "camera", &[*camera])?;
+    buffers.upload_uniform(context, "batch", &[Batch::default()])?;
+    Ok(swapped)
+}
+
+/// What was done so far, exactly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct RayCounts {
+    pub closest_hit: u64,
+    /// Connections tested: those that would carry light.
+    pub occlusion: u64,
+    /// Of the rays above, those of light paths.
+    pub light_closest_hit: u64,
+    /// Of the connections above, those of light paths to the camera.
+    pub light_occlusion: u64,
+    /// Vertices that light paths left in the cache.
+    pub light_vertices: u64,
+    /// Iterations whose light vertices found no room in the cache, and were traced once more with enough of it.
+    pub cache_overflows: u64,
+    /// Light vertices of infinite or undefined weight, which connections by subspaces leave out.
+    pub non_finite_vertices: u64,
+}
+
+impl Wavefront {
+    /// Makes buffers for so many records of each kind of kernels that write down the paths that they find. What writes them
+    /// has to be bound again.
+    ///
+    /// # Errors
+    /// A buffer that does not fit.
+    pub(crate) fn make_room_for_records(
+        &mut self,
+        context: &Context,
+        capacity: u32,
+    ) -> Result<(), DeviceError> {
+        for (name, size) in [
+            ("training_vertices", size_of::<TrainingVertex>()),
+            ("training_ends", size_of::<TrainingEnd>()),
+            // The connection slots are those of ends here.
+            ("radiance", 16),
+        ] {
+            self.buffers.create(context, name, u64::from(capacity) * size as u64)?;
+        }
+        if self.buffers.get("training_counts").is_err() {
+            self.buffers.create(context, "training_counts", 8)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn counts(&self, context: &Context) -> Result<Counts, DeviceError> {
+        let bytes = self.buffers.read(context, "counts", size_of::<Counts>() as u64)?;
+        Ok(bytemuck::pod_read_unaligned(&bytes))
+    }
+
+    /// What was done so far; waits for the device.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn ray_counts(&self, context: &Context) -> Result<RayCounts, DeviceError> {
+        let counts = self.counts(context)?;
+        Ok(RayCounts {
+            closest_hit: total(counts.closest_total) - self.aside,
+            occlusion: total(counts.shadow_total),
+            non_finite_vertices: counts.non_finite_vertices.into(),
+            ..self.light_counts
+        })
+    }
+
+    /// The film's sums since they were last taken; waits for the device.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn film(&self, context: &Context) -> Result<Vec<FilmPixel>, DeviceError> {
+        let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FilmPixel>() as u64;
+        Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "film", bytes)?))
+    }
+
+    /// Takes the film's sums and sets them to zero; waits for the device.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn take_film(&self, context: &Context) -> Result<Vec<FilmPixel>, DeviceError> {
+        let film = self.film(context)?;
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(self.buffers.get("film")?, 0, None);
+        context.queue.submit([encoder.finish()]);
+        Ok(film)
+    }
+}
+
+/// A total of the device.
+pub(crate) fn total(words: [u32; 2]) -> u64 {
+    u64::from(words[0]) | u64::from(words[1]) << 32
+}

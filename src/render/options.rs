@@ -1,0 +1,47 @@
+//! What to render.
+
+use std::sync::Arc;
+
+use super::Budget;
+use crate::integrator::{Method, Strategy, View};
+use crate::scene::SceneFeatures;
+use crate::subspace::Model;
+use crate::training::Training;
+
+/// What to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderOptions {
+    pub view: View,
+    /// Index into the scene's cameras.
+    pub camera: usize,
+    pub method: Method,
+    /// Of a bidirectional method, show this strategy only.
+    pub strategy: Option<Strategy>,
+    pub budget: Budget,
+    /// Layers for albedo, normal and depth.
+    pub first_hit_layers: bool,
+    /// Time every kernel.
+    pub timing: bool,
+    /// What `Method::SpcBpt` has learnt before; `None`: it learns from `training` first.
+    pub model: Option<Arc<Model>>,
+    pub training: Training,
+    /// Features to compile for; `None` takes those of the scene (tests force others).
+    pub features: Option<SceneFeatures>,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            view: View::default(),
+            camera: 0,
+            method: Method::default(),
+            strategy: None,
+            budget: Budget::default(),
+            first_hit_layers: false,
+            timing: false,
+            model: None,
+            training: Training::default(),
+            features: None,
+        }
+    }
+}

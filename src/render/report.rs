@@ -1,0 +1,75 @@
+//! What a render did, for people and for the picture's file.
+
+use serde::Serialize;
+
+use super::Stop;
+use crate::film::Attribute;
+use crate::integrator::{Choice, Method, RayCounts};
+use crate::scene::SceneFeatures;
+use crate::subspace::TrainingReport;
+
+/// What a render did, for reports.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub stop: Stop,
+    pub samples: u32,
+    /// Seconds of rendering; of building the BVH; of uploading; of compiling.
+    pub seconds: f64,
+    pub accel_seconds: f64,
+    pub upload_seconds: f64,
+    pub compile_seconds: f64,
+    /// Of learning before the first sample: tracing, and all of it.
+    pub pretracing_seconds: f64,
+    pub preprocessing_seconds: f64,
+    pub estimated_error: Option<f64>,
+    pub rays: RayCounts,
+    pub non_finite: u64,
+    pub triangles: usize,
+    pub dropped_triangles: usize,
+    pub lights: usize,
+    pub features: SceneFeatures,
+    /// Of the model that was learnt or given.
+    pub training: Option<TrainingReport>,
+    /// The loss after each round over that before it, as far as it is known.
+    pub round_losses: Vec<f64>,
+    /// Samples per pixel that were there when a round ended, where learning goes on while rendering.
+    pub round_samples: Vec<u32>,
+    /// What was chosen without being asked for, and why.
+    pub choices: Vec<Choice>,
+    /// Bytes by buffer.
+    pub memory: Vec<(String, u64)>,
+    /// Seconds and dispatches by kernel, where timed.
+    pub kernels: std::collections::BTreeMap<String, (f64, u64)>,
+}
+
+/// What a picture's file says of how it was made, beside the report.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    pub method: Method,
+    pub seed: u64,
+    pub scene_hash: u64,
+    /// As [`Context::describe`] says it.
+    pub device: String,
+    pub command_line: String,
+}
+
+impl Report {
+    /// For [`Picture::metadata`].
+    pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
+        let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
+        let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
+        vec![
+            text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
+            text("integrator", origin.method.name().into()),
+            number("spp", f64::from(self.samples)),
+            number("seconds", self.seconds),
+            number("preprocessingSeconds", self.preprocessing_seconds),
+            text("seed", origin.seed.to_string()),
+            text("device", origin.device.clone()),
+            text("sceneHash", format!("{:016x}", origin.scene_hash)),
+            text("biased", "no".into()),
+            number("nonFiniteSamples", self.non_finite as f64),
+            text("commandLine", origin.command_line.clone()),
+        ]
+    }
+}

@@ -1,0 +1,129 @@
+//! Every kernel that a scene can ask for is valid WGSL (S-03): the kernels of every method, for sets of features in which
+//! each pair of them occurs on and off, as far as a scene can have them so. No device is needed.
+
+use std::collections::{BTreeSet, HashSet};
+
+use halfway::device::shader::stitch;
+use halfway::device::{Feature, Features};
+use halfway::integrator::kernels::{forms, kernels};
+use halfway::integrator::method::Given;
+use halfway::integrator::{METHODS, Plan};
+use halfway::scene::SceneFeatures;
+use halfway::scene::builtin::{NAMES, builtin};
+use rayon::prelude::*;
+
+/// Every method, with light tracing and without.
+fn plans() -> Vec<Plan> {
+    let with = |light_tracing| {
+        METHODS.map(|method| (method.make)(&Given { light_tracing, ..Given::default() }).plan())
+    };
+    with(false).into_iter().chain(with(true)).collect()
+}
+
+/// The set of features nearest to `bits` that a scene may have: bit i is the i-th feature of scenes.
+fn reachable(bits: u32) -> u32 {
+    let mut features = SceneFeatures::default();
+    for (i, feature) in Feature::of_scenes().enumerate() {
+        *feature.switch(&mut features).expect("a feature of scenes") = bits >> i & 1 == 1;
+    }
+    features.transmission |= features.rough_transmission;
+    features.lambert_only &= !features.transmission;
+    features.textures |= features.normal_map | features.uv0 | features.uv1;
+    features.uv0 |= features.textures && !features.uv1;
+    bits_of(features)
+}
+
+fn bits_of(mut features: SceneFeatures) -> u32 {
+    Feature::of_scenes()
+        .enumerate()
+        .map(|(i, feature)| u32::from(*feature.switch(&mut features).expect("a feature of scenes")) << i)
+        .sum()
+}
+
+/// The pairs of two features' values that a set has, a bit each.
+fn pairs(bits: u32, count: usize) -> Vec<u64> {
+    let mut pairs = vec![0u64; (count * count * 4).div_ceil(64)];
+    for i in 0..count {
+        for j in 0..i {
+            let pair = (i * count + j) * 4 + (bits >> i & 1) as usize * 2 + (bits >> j & 1) as usize;
+            pairs[pair / 64] |= 1 << (pair % 64);
+        }
+    }
+    pairs
+}
+
+/// Sets of features that scenes may have: none, each alone, all but each, and more until every pair of values that is
+/// possible occurs, each time the set that adds most.
+fn scenes() -> Vec<u32> {
+    let count = Feature::of_scenes().count();
+    let all = (1u32 << count) - 1;
+    let single = (0..count).flat_map(|i| [1 << i, all & !(1 << i)]);
+    let mut scenes: BTreeSet<u32> = [0, all].into_iter().chain(single).map(reachable).collect();
+    let candidates: BTreeSet<u32> = (0..=all).map(reachable).collect();
+    let candidates: Vec<(u32, Vec<u64>)> =
+        candidates.into_iter().map(|bits| (bits, pairs(bits, count))).collect();
+    let mut missing = vec![0u64; candidates[0].1.len()];
+    candidates.iter().for_each(|(_, pairs)| missing.iter_mut().zip(pairs).for_each(|(a, b)| *a |= b));
+    let cover = |missing: &mut [u64], bits: u32| {
+        missing.iter_mut().zip(pairs(bits, count)).for_each(|(a, b)| *a &= !b);
+    };
+    scenes.iter().for_each(|&bits| cover(&mut missing, bits));
+    while missing.iter().any(|&pairs| pairs != 0) {
+        let adds = |pairs: &[u64]| missing.iter().zip(pairs).map(|(a, b)| (a & b).count_ones()).sum::<u32>();
+        let (best, _) = candidates.iter().max_by_key(|(_, pairs)| adds(pairs)).expect("a candidate");
+        cover(&mut missing, *best);
+        scenes.insert(*best);
+    }
+    scenes.into_iter().collect()
+}
+
+fn features(bits: u32) -> Features {
+    Feature::of_scenes().enumerate().filter(|(i, _)| bits >> i & 1 == 1).map(|(_, feature)| feature).collect()
+}
+
+/// Every text once: many sets of features make the same one.
+fn assert_valid(scenes: impl IntoIterator<Item = Features>) {
+    let plans = plans();
+    let mut wanted: HashSet<(&str, Features)> = HashSet::new();
+    for scene in scenes {
+        for device in [&[][..], &[Feature::OneLane, Feature::DeepTree]] {
+            for plan in &plans {
+                let forms = forms(plan, scene.with(device));
+                wanted.extend(forms.into_iter().flat_map(|form| kernels(plan, form)));
+            }
+        }
+    }
+    let mut seen = HashSet::new();
+    let mut texts = Vec::new();
+    for (kernel, features) in wanted {
+        let stitched = stitch(kernel, features).unwrap_or_else(|error| panic!("{kernel}: {error}"));
+        if seen.insert(stitched.code.clone()) {
+            texts.push((kernel, features, stitched));
+        }
+    }
+    let faults: Vec<String> = texts
+        .par_iter()
+        .filter_map(|(kernel, features, stitched)| {
+            stitched.validate().err().map(|error| format!("{kernel} with {features:?}: {error}"))
+        })
+        .collect();
+    println!("{} texts", texts.len());
+    assert!(faults.is_empty(), "{} of {} texts, such as {}", faults.len(), texts.len(), faults[0]);
+}
+
+#[test]
+fn s03_kernels_are_valid_for_every_pair_of_features() {
+    let scenes = scenes();
+    println!("{} sets of features", scenes.len());
+    assert_valid(scenes.into_iter().map(features));
+}
+
+/// What scenes really have is among what is reachable.
+#[test]
+fn s03_kernels_are_valid_for_every_built_in_scene() {
+    let scenes = NAMES.map(|name| SceneFeatures::of(&builtin(name).expect("a built-in scene")));
+    for (name, scene) in NAMES.iter().zip(&scenes) {
+        assert_eq!(reachable(bits_of(*scene)), bits_of(*scene), "{name}");
+    }
+    assert_valid(scenes.map(Features::from));
+}
