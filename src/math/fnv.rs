@@ -18,7 +18,7 @@ impl Fnv {
             word[..rest.len()].copy_from_slice(rest);
             self.word(u64::from_le_bytes(word));
         }
-        // The length tells parts apart that share their edge.
+        // The length separates parts that share their edge.
         self.word(bytes.len() as u64);
     }
 

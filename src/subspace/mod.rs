@@ -29,6 +29,8 @@ pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};
 pub use settings::{Optimiser, Settings};
 pub use sources::SourceLabels;
-pub use train::{TrainingInput, train};
-pub use training::{Feature, LightEnd, LightSample, TILE_SIZE, TrainingNode, TrainingPath, TrainingSet};
+pub use train::train;
+pub use training::{
+    Feature, LightEnd, LightSample, TILE_SIZE, TrainingInput, TrainingNode, TrainingPath, TrainingSet,
+};
 pub use tree::Tree;

@@ -11,9 +11,8 @@ use super::normaliser::Normaliser;
 use super::prepare::{PathWeight, check_lights, weigh};
 use super::settings::Settings;
 use super::sources::{label_of, label_sources, mark_reachable};
-use super::training::{Feature, LightEnd, LightSample, TrainingNode, TrainingSet};
+use super::training::{Feature, LightEnd, TrainingInput, TrainingNode, TrainingSet};
 use super::tree::{Growth, Tree};
-use crate::device::scene::LightSourceInfo;
 use crate::subspace::SubspaceError;
 
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
@@ -22,21 +21,6 @@ const LEAST_SOURCE_SUBSPACES: u32 = 16;
 /// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
 /// many.
 const NEIGHBOURS: usize = 4;
-
-/// What there is to learn from, and what for.
-#[derive(Clone, Copy)]
-pub struct TrainingInput<'a> {
-    pub set: &'a TrainingSet,
-    /// Vertices of `light_paths` light paths, for Q.
-    pub light_samples: &'a [LightSample],
-    pub light_paths: u64,
-    /// As the device lists them.
-    pub lights: &'a [LightSourceInfo],
-    pub scene_hash: u64,
-    /// N, connections of an eye vertex in the render to come.
-    pub connections: u32,
-    pub seed: u64,
-}
 
 /// Learns the classification, Gamma and Q. The result depends on nothing but the arguments: not on the number of
 /// threads, and not on the units of light. An empty training set gives one subspace per side, where power alone counts.

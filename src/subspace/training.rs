@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use glam::Vec3;
 
+use crate::device::scene::LightSourceInfo;
+
 /// Side of a picture's tiles in pixels; contributions are relative to the brightness of their tile.
 pub const TILE_SIZE: u32 = 10;
 
@@ -143,4 +145,19 @@ pub struct LightSample {
     pub end: LightEnd,
     /// |w|: sum of the channels of throughput over density.
     pub weight: f32,
+}
+
+/// What there is to learn from, and what for.
+#[derive(Clone, Copy)]
+pub struct TrainingInput<'a> {
+    pub set: &'a TrainingSet,
+    /// Vertices of `light_paths` light paths, for Q.
+    pub light_samples: &'a [LightSample],
+    pub light_paths: u64,
+    /// As the device lists them.
+    pub lights: &'a [LightSourceInfo],
+    pub scene_hash: u64,
+    /// N, connections of an eye vertex in the render to come.
+    pub connections: u32,
+    pub seed: u64,
 }

@@ -109,8 +109,8 @@ fn the_catalogue_is_complete() {
     let catalogue = page(&root().join("docs/tests.md"));
     let rows = catalogue.lines().filter_map(|line| {
         let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
-        let numbered = cells.len() == 3 && cells[0].as_bytes().get(1) == Some(&b'-') && cells[0].len() == 4;
-        numbered.then(|| (cells[0], cells[2]))
+        let numbered = cells.len() == 4 && cells[0].as_bytes().get(1) == Some(&b'-') && cells[0].len() == 4;
+        numbered.then(|| (cells[0], cells[3]))
     });
     let listed = rows.flat_map(|(number, modules)| {
         let modules = modules.split('`').skip(1).step_by(2).filter(|module| !module.contains('/'));

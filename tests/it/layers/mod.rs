@@ -146,36 +146,3 @@ fn files_stay_readable() {
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
-
-/// The names of numbered tests in a text: a letter, two digits, and words behind them.
-fn numbered(text: &str) -> BTreeSet<&str> {
-    let words = text.split(|c: char| !c.is_alphanumeric() && c != '_');
-    let is_numbered = |word: &&str| {
-        let bytes = word.as_bytes();
-        bytes.len() > 4
-            && b"ncrs".contains(&bytes[0])
-            && bytes[1..3].iter().all(u8::is_ascii_digit)
-            && bytes[3] == b'_'
-    };
-    words.filter(is_numbered).collect()
-}
-
-#[test]
-fn the_catalogue_has_every_numbered_test() {
-    let page = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/tests.md"));
-    let sources: Vec<String> =
-        ["src", "tests"].iter().flat_map(|folder| files(folder, "rs")).map(|path| read(&path)).collect();
-    let tests = sources.iter().flat_map(|source| {
-        let code = tokens::tokens(source);
-        let functions: Vec<&str> =
-            code.windows(2).filter(|words| words[0] == "fn").map(|words| words[1]).collect();
-        functions.into_iter().filter(|name| !numbered(name).is_empty())
-    });
-    let (tests, named): (BTreeSet<&str>, _) = (tests.collect(), numbered(&page));
-    assert_eq!(tests.difference(&named).collect::<Vec<_>>(), Vec::<&&str>::new(), "not in the catalogue");
-    assert_eq!(named.difference(&tests).collect::<Vec<_>>(), Vec::<&&str>::new(), "no such test");
-    for name in tests {
-        let number = format!("| {}-{} |", name[..1].to_uppercase(), &name[1..3]);
-        assert!(page.contains(&number), "{number} has no line in the catalogue");
-    }
-}
