@@ -22,68 +22,41 @@ pub enum Action {
 /// An action with its key.
 pub struct Shortcut {
     pub action: Action,
+    pub label: &'static str,
     pub key: Key,
     /// With Ctrl, or the key that takes its place on the desktop.
     pub with_command: bool,
-    /// The panel has a button for it.
-    pub has_button: bool,
-    pub label: &'static str,
-    /// What the label does not say.
-    pub help: &'static str,
+    /// What the action does, where the panel has a button for it.
+    pub button: Option<&'static str>,
 }
 
-const SAVE: Shortcut = Shortcut {
-    action: Action::Save,
-    key: Key::S,
-    with_command: true,
-    has_button: true,
-    label: "Save",
-    help: "EXR, PNG, and the trained model",
-};
-const CLOSE: Shortcut = Shortcut {
-    action: Action::Close,
-    key: Key::Q,
-    has_button: false,
-    label: "Save and close",
-    help: "",
-    ..SAVE
-};
-const RESTART: Shortcut = Shortcut {
-    action: Action::Restart,
-    key: Key::R,
-    with_command: false,
-    label: "Restart",
-    help: "drop all samples",
-    ..SAVE
-};
-const COPY_CAMERA: Shortcut = Shortcut {
-    action: Action::CopyCamera,
-    key: Key::C,
-    label: "Copy camera",
-    help: "as flags of `halfway render`",
-    ..RESTART
-};
-const FRAME_ALL: Shortcut =
-    Shortcut { action: Action::FrameAll, key: Key::F, label: "Frame all", help: "of the scene", ..RESTART };
-const RESET_CAMERA: Shortcut = Shortcut {
-    action: Action::ResetCamera,
-    key: Key::Home,
-    label: "Reset camera",
-    help: "to where it began",
-    ..RESTART
-};
+const fn plain(action: Action, label: &'static str, key: Key, button: &'static str) -> Shortcut {
+    Shortcut { action, label, key, with_command: false, button: Some(button) }
+}
 
-/// Every action with its key and its button.
-pub const SHORTCUTS: [Shortcut; 6] = [SAVE, CLOSE, RESTART, COPY_CAMERA, FRAME_ALL, RESET_CAMERA];
+const fn with_command(
+    action: Action,
+    label: &'static str,
+    key: Key,
+    button: Option<&'static str>,
+) -> Shortcut {
+    Shortcut { action, label, key, with_command: true, button }
+}
+
+/// Every action.
+pub const SHORTCUTS: [Shortcut; 6] = [
+    plain(Action::Restart, "Restart", Key::R, "drop all samples"),
+    with_command(Action::Save, "Save", Key::S, Some("EXR, PNG, and the trained model")),
+    plain(Action::CopyCamera, "Copy camera", Key::C, "as flags of `halfway render`"),
+    plain(Action::FrameAll, "Frame all", Key::F, "show the whole scene"),
+    plain(Action::ResetCamera, "Reset camera", Key::Home, "to where it began"),
+    with_command(Action::Close, "Save and close", Key::Q, None),
+];
 
 impl Shortcut {
-    fn key_name(&self) -> String {
+    /// Its key, for the user.
+    pub fn key_name(&self) -> String {
         format!("{}{}", if self.with_command { "Ctrl+" } else { "" }, self.key.name())
-    }
-
-    /// For its button.
-    pub fn tooltip(&self) -> String {
-        format!("{}: {}", self.key_name(), self.help)
     }
 }
 

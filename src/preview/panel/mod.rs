@@ -68,8 +68,10 @@ pub fn show(ui: &mut Ui, status: &Status, choices: &mut Choices) -> Vec<Action> 
             if ui.button(label).on_hover_text("Space").clicked() {
                 choices.paused = !choices.paused;
             }
-            for shortcut in SHORTCUTS.iter().filter(|shortcut| shortcut.has_button) {
-                if ui.button(shortcut.label).on_hover_text(shortcut.tooltip()).clicked() {
+            for shortcut in SHORTCUTS {
+                let Some(what) = shortcut.button else { continue };
+                let tooltip = format!("{}: {what}", shortcut.key_name());
+                if ui.button(shortcut.label).on_hover_text(tooltip).clicked() {
                     actions.push(shortcut.action);
                 }
             }
