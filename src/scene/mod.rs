@@ -13,6 +13,7 @@ pub mod gltf;
 
 mod bounds;
 mod camera;
+mod hash;
 mod light;
 mod material;
 mod pick;
@@ -20,8 +21,6 @@ mod texture;
 mod viewpoint;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
-
-use crate::math::fnv::Fnv;
 
 pub use bounds::Bounds;
 pub use camera::{Camera, Pose, Projection};
@@ -99,29 +98,5 @@ impl Scene {
         self.cameras.push(camera);
         self.camera_placed = true;
         self.cameras.len() - 1
-    }
-
-    /// A hash of everything that pictures depend on but a placed camera, equal on all machines (FNV-1a, eight bytes at a
-    /// time).
-    pub fn content_hash(&self) -> u64 {
-        let mut hash = Fnv::default();
-        for mesh in &self.meshes {
-            hash.bytes(&mesh.material.to_le_bytes());
-            hash.bytes(bytemuck::cast_slice(&mesh.positions));
-            hash.bytes(bytemuck::cast_slice(&mesh.triangles));
-            mesh.normals.iter().for_each(|data| hash.bytes(bytemuck::cast_slice(data)));
-            mesh.tangents.iter().for_each(|data| hash.bytes(bytemuck::cast_slice(data)));
-            mesh.uvs.iter().flatten().for_each(|data| hash.bytes(bytemuck::cast_slice(data)));
-            mesh.colors.iter().for_each(|data| hash.bytes(bytemuck::cast_slice(data)));
-        }
-        self.images.iter().for_each(|image| hash.bytes(image.texels.as_flattened()));
-        if let Some(environment) = &self.environment {
-            hash.bytes(bytemuck::cast_slice(&environment.texels));
-            hash.bytes(&environment.scale.to_le_bytes());
-            hash.bytes(&environment.rotation.to_le_bytes());
-        }
-        let rest = (&self.materials, &self.textures, &self.lights, self.own_cameras());
-        hash.bytes(format!("{rest:?}").as_bytes());
-        hash.0
     }
 }

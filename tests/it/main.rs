@@ -49,6 +49,7 @@ mod reference;
 mod respawn;
 mod rng;
 mod sampling;
+mod scene_hash;
 mod shots;
 mod spcbpt;
 mod specialised;

@@ -2,8 +2,10 @@
 //!
 //! A path leads to the file that defines what it names: what `mod.rs` re-exports is looked for where it comes from. So a
 //! `mod.rs` that only declares its children and shows them to others uses none of them, and none of them uses it by being
-//! used through it. One that has items of its own, which its children use, and that uses theirs, is in a cycle; what it
-//! re-exports it uses where its code has the name.
+//! used through it; what it re-exports it uses where its code has the name.
+//!
+//! A child is a part of its parent: it sees all of it, and may hold a part of what is implemented for its types. That it
+//! uses the `mod.rs` of a folder it is in makes no cycle among files. Among rooms, the folders of `src`, it counts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -204,6 +206,29 @@ impl Program {
     }
 }
 
+/// As between files, but for what a child uses of its parents.
+pub fn among_files(edges: &Edges) -> Edges {
+    let is_part = |from: &str, to: &str| module_of(from).starts_with(&module_of(to));
+    edges
+        .iter()
+        .filter(|((from, to), _)| !is_part(from, to))
+        .map(|(pair, paths)| (pair.clone(), paths.clone()))
+        .collect()
+}
+
+/// As between the first modules of the crate.
+pub fn among_rooms(edges: &Edges) -> Edges {
+    let mut rooms = Edges::new();
+    for ((from, to), paths) in edges {
+        if let [Some(from), Some(to)] = [from, to].map(|name| module_of(name).into_iter().next())
+            && from != to
+        {
+            rooms.entry((from, to)).or_default().extend(paths.iter().cloned());
+        }
+    }
+    rooms
+}
+
 /// The files that one uses, directly or not.
 fn reached<'a>(start: &'a String, uses: &BTreeMap<&'a String, Vec<&'a String>>) -> BTreeSet<&'a String> {
     let mut reached = BTreeSet::new();
@@ -240,7 +265,7 @@ pub fn describe(cycle: &BTreeSet<String>, edges: &Edges) -> String {
         let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
         format!("  {from} -> {to}: {}", paths.join(", "))
     });
-    [format!("a cycle of {} files:", cycle.len())].into_iter().chain(lines).collect::<Vec<_>>().join("\n")
+    [format!("a cycle of {}:", cycle.len())].into_iter().chain(lines).collect::<Vec<_>>().join("\n")
 }
 
 /// A house of four rooms: `a` shows what its children have, `b` uses it, and `c` has items that its child uses.
@@ -274,25 +299,30 @@ fn edges_lead_to_the_file_that_defines() {
 
 #[test]
 fn a_cycle_that_is_put_in_is_found() {
-    for (at, source, cycle) in [
-        (3, "use super::Left; pub struct Right(Left);", vec!["src/a/left.rs", "src/a/right.rs"]),
-        (5, "pub mod child; pub struct Item; fn h() { child::g() }", vec!["src/c/child.rs", "src/c/mod.rs"]),
-        (
-            5,
-            "pub mod child; pub use child::g; pub struct Item; fn h() { g() }",
-            vec!["src/c/child.rs", "src/c/mod.rs"],
-        ),
-        (
-            5,
-            "pub mod child; pub struct Item; use crate::b; fn h() { b::f() }",
-            vec!["src/b.rs", "src/c/child.rs", "src/c/mod.rs"],
-        ),
-    ] {
+    let edges_with = |at: usize, source| {
         let mut house = HOUSE;
         house[at].1 = source;
-        let edges = Program::new(house).edges();
-        let found = cycles(&edges);
-        assert_eq!(found, [cycle.iter().map(|name| name.to_string()).collect()], "{source}");
-        assert!(describe(&found[0], &edges).contains(" -> "));
+        Program::new(house).edges()
+    };
+    let found = |edges: &Edges| -> Vec<Vec<String>> {
+        cycles(edges).into_iter().map(|cycle| cycle.into_iter().collect()).collect()
+    };
+    let siblings = edges_with(3, "use super::Left; pub struct Right(Left);");
+    assert_eq!(found(&among_files(&siblings)), [["src/a/left.rs", "src/a/right.rs"]]);
+    assert!(describe(&cycles(&siblings)[0], &siblings).contains("a::Left"));
+    for used in [
+        "pub mod child; pub struct Item; fn h() { child::g() }",
+        "pub mod child; pub use child::g; pub struct Item; fn h() { g() }",
+    ] {
+        let parent = edges_with(5, used);
+        assert_eq!(found(&parent), [["src/c/child.rs", "src/c/mod.rs"]], "{used}");
+        assert_eq!(
+            found(&among_files(&parent)),
+            Vec::<Vec<String>>::new(),
+            "a child is a part of its parent"
+        );
     }
+    let rooms = edges_with(5, "pub mod child; pub struct Item; use crate::b; fn h() { b::f() }");
+    assert_eq!(found(&among_files(&rooms)), Vec::<Vec<String>>::new());
+    assert_eq!(found(&among_rooms(&rooms)), [["b", "c"]]);
 }

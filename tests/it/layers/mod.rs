@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use imports::{Program, cycles, describe, module_of};
+use imports::{Program, among_files, among_rooms, cycles, describe, module_of};
 use methods::{questions, wildcards};
 
 /// Layers from the bottom up; a module may use its own layer and those before it.
@@ -91,8 +91,10 @@ fn no_layer_uses_a_higher_one() {
 #[test]
 fn no_files_use_each_other() {
     let edges = program(&sources()).edges();
-    let found: Vec<String> = cycles(&edges).iter().map(|cycle| describe(cycle, &edges)).collect();
-    assert!(found.is_empty(), "\n{}", found.join("\n"));
+    for edges in [among_rooms(&edges), among_files(&edges)] {
+        let found: Vec<String> = cycles(&edges).iter().map(|cycle| describe(cycle, &edges)).collect();
+        assert!(found.is_empty(), "\n{}", found.join("\n"));
+    }
 }
 
 /// What a method is made of is said in its plan; what is to be computed follows from that.
