@@ -15,7 +15,7 @@ use crate::render::Report;
 /// Options of a render whose picture is known better already.
 #[derive(Args, Debug)]
 pub struct TraceArgs {
-    /// A better picture of the same view and size: the error against it is told at the end.
+    /// A better picture of the same view and size: the error against it is reported at the end.
     #[arg(long, value_name = "REF.exr")]
     reference: Option<PathBuf>,
     /// Write the error against --reference by samples and seconds, whenever samples have doubled and at the end. Looking
