@@ -27,7 +27,7 @@ pub struct Output {
     /// In the viewer.
     pub title: String,
     pub trace: Option<Trace>,
-    /// When files were written, and when the viewer was told; at first, the beginning.
+    /// When files were written, and when the viewer got a picture; at first, the beginning.
     pub last_save: Instant,
     pub last_view: Instant,
 }

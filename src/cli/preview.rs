@@ -76,7 +76,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     let most = context.device.limits().max_texture_dimension_2d;
     if width.max(height) > most {
         return Err(InputError::Usage(format!(
-            "a window on this device shows at most {most} pixels a side; take a smaller --size"
+            "a window on this device shows at most {most} pixels per side; take a smaller --size"
         ))
         .into());
     }

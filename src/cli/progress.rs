@@ -1,4 +1,4 @@
-//! What is told while something takes long, and how Ctrl-C ends it.
+//! What is reported while something takes long, and how Ctrl-C ends it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! What is told of a render or a training that is over: lines on stderr, and reports as JSON.
+//! What is reported of a render or a training that is over: lines on stderr, and reports as JSON.
 
 use std::path::Path;
 

@@ -64,9 +64,9 @@ fn choices_are_said() {
         0,
         &[
             "chosen: learning first (the same seed makes the same picture)",
-            "lessons 2 (as many as wanted)",
+            "rounds 2 (as many as wanted)",
             "subspaces ",
-            "light paths a sample 256 (0.25 for each",
+            "light paths per sample 256 (0.25 for each",
         ],
     );
     let report: serde_json::Value =
@@ -77,7 +77,7 @@ fn choices_are_said() {
     run.assert(0, &["samples that share light paths 8 ("]);
     assert_eq!(run.said.matches("chosen: ").count(), 2, "{}", run.said);
     // The number of rounds makes a render's own learning that of `train`, whatever its budget.
-    case.run("train builtin:cornell --size 32x32 --rounds 2 --seed 3").assert(0, &["chosen: lessons 2"]);
+    case.run("train builtin:cornell --size 32x32 --rounds 2 --seed 3").assert(0, &["chosen: rounds 2"]);
     case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[]);
     case.run(&format!("{RENDER} --rounds 2 -o by-itself.exr")).assert(0, &[]);
     assert_eq!(case.picture("by-model.exr").rgb, case.picture("by-itself.exr").rgb);
