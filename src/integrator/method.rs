@@ -5,8 +5,7 @@
 
 use serde::Serialize;
 
-use super::bidirectional::settings::{self, Bdpt, LightTracing, LvcBpt, SpcBpt};
-use super::path;
+use super::bidirectional::settings::{Bdpt, DEFAULT_CONNECTIONS, LightTracing, LvcBpt, SpcBpt};
 
 /// How light is transported, with the settings of each way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -61,8 +60,63 @@ pub struct Given {
 }
 
 /// Every method, in the order in which users see them.
-pub static METHODS: [&Descriptor; 5] =
-    [&path::DESCRIPTOR, &settings::BDPT, &settings::LVCBPT, &settings::SPCBPT, &settings::LIGHT];
+pub static METHODS: [&Descriptor; 5] = [&PATH, &BDPT, &LVCBPT, &SPCBPT, &LIGHT];
+
+pub static PATH: Descriptor = Descriptor {
+    name: "path",
+    help: "Path tracing with next-event estimation",
+    key: '1',
+    how: "eye paths, connected to points on lights",
+    suits: "most scenes: light that comes straight from lamps and the sky. The cheapest sample",
+    takes: &[],
+    make: |_| Method::Path,
+};
+
+pub static BDPT: Descriptor = Descriptor {
+    name: "bdpt",
+    help: "Bidirectional path tracing: every eye path is connected to a light path of its own",
+    key: '2',
+    how: "each eye path connected to every vertex of a light path of its own",
+    suits: "the same as `lvcbpt`, at a higher price per sample; for comparison, as its pixels do not share light paths",
+    takes: &[Setting::LightTracing],
+    make: |given| Method::Bdpt(Bdpt { light_tracing: given.light_tracing }),
+};
+
+pub static LVCBPT: Descriptor = Descriptor {
+    name: "lvcbpt",
+    help: "Bidirectional path tracing with a light vertex cache that the whole picture shares",
+    key: '3',
+    how: "eye paths, connected to vertices of light paths that the whole picture shares",
+    suits: "light that arrives by way of other surfaces: lamps behind shades, a door ajar",
+    takes: &[Setting::LightPaths, Setting::Connections, Setting::LightTracing],
+    make: |&Given { light_paths, connections, light_tracing }| {
+        let connections = connections.unwrap_or(DEFAULT_CONNECTIONS);
+        Method::LvcBpt(LvcBpt { light_paths, connections, light_tracing })
+    },
+};
+
+pub static SPCBPT: Descriptor = Descriptor {
+    name: "spcbpt",
+    help: "Bidirectional path tracing that has learnt which light vertices are worth a connection (SPCBPT)",
+    key: '4',
+    how: "as `lvcbpt`, but it first learns which light vertices are worth a connection: seconds, once for many renders",
+    suits: "light that is hard to find, such as rooms lit through a door ajar",
+    takes: &[Setting::LightPaths, Setting::Connections, Setting::LightTracing, Setting::Learning],
+    make: |&Given { light_paths, connections, light_tracing }| {
+        let connections = connections.unwrap_or(DEFAULT_CONNECTIONS);
+        Method::SpcBpt(SpcBpt { light_paths, connections, light_tracing })
+    },
+};
+
+pub static LIGHT: Descriptor = Descriptor {
+    name: "light",
+    help: "Light tracing: light paths alone, connected to the camera",
+    key: '5',
+    how: "light paths, connected to the camera",
+    suits: "caustics on matte surfaces. Does not show what is seen through, or mirrored in, perfectly smooth glass and metal",
+    takes: &[Setting::LightPaths],
+    make: |given| Method::Light(LightTracing { light_paths: given.light_paths }),
+};
 
 impl Descriptor {
     /// The method of that name.
@@ -78,16 +132,5 @@ impl Descriptor {
     /// With its default settings.
     pub fn default_method(&self) -> Method {
         (self.make)(&Given::default())
-    }
-}
-
-impl Method {
-    pub fn descriptor(&self) -> &'static Descriptor {
-        self.plan().descriptor
-    }
-
-    /// The name on the command line.
-    pub fn name(&self) -> &'static str {
-        self.descriptor().name
     }
 }

@@ -5,19 +5,8 @@ use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
 
-use super::method::{Descriptor, Method};
 use super::wavefront::{Bounce, Form, Size, Stage, Wavefront};
 use super::{Integrator, Settings};
-
-pub static DESCRIPTOR: Descriptor = Descriptor {
-    name: "path",
-    help: "Path tracing with next-event estimation",
-    key: '1',
-    how: "eye paths, connected to points on lights",
-    suits: "most scenes: light that comes straight from lamps and the sky. The cheapest sample",
-    takes: &[],
-    make: |_| Method::Path,
-};
 
 /// See the module.
 pub struct PathIntegrator {

@@ -1,8 +1,6 @@
 //! What a method comes down to. This is the only place that asks which method it is: all other code reads the plan.
 
-use super::bidirectional::settings;
-use super::method::{Descriptor, Method};
-use super::path;
+use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, SPCBPT};
 
 /// Where the light paths of an iteration come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,10 +55,20 @@ const LIGHT_PATHS_PER_PIXEL: f64 = 0.25;
 const OWN_PATH_CONNECTIONS: u32 = 4;
 
 impl Method {
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.plan().descriptor
+    }
+
+    /// The name on the command line.
+    pub fn name(&self) -> &'static str {
+        self.descriptor().name
+    }
+
+    /// What it comes down to.
     pub fn plan(&self) -> Plan {
         match *self {
             Self::Path => Plan {
-                descriptor: &path::DESCRIPTOR,
+                descriptor: &PATH,
                 light_paths: LightPaths::None,
                 connections: 1,
                 selector: None,
@@ -68,7 +76,7 @@ impl Method {
                 to_camera: false,
             },
             Self::Bdpt(method) => Plan {
-                descriptor: &settings::BDPT,
+                descriptor: &BDPT,
                 light_paths: LightPaths::OnePerEyePath,
                 connections: OWN_PATH_CONNECTIONS,
                 selector: Some(Selector::OwnPath),
@@ -76,7 +84,7 @@ impl Method {
                 to_camera: method.light_tracing,
             },
             Self::LvcBpt(method) => Plan {
-                descriptor: &settings::LVCBPT,
+                descriptor: &LVCBPT,
                 light_paths: shared(method.light_paths),
                 connections: method.connections,
                 selector: Some(Selector::Uniform),
@@ -84,7 +92,7 @@ impl Method {
                 to_camera: method.light_tracing,
             },
             Self::SpcBpt(method) => Plan {
-                descriptor: &settings::SPCBPT,
+                descriptor: &SPCBPT,
                 light_paths: shared(method.light_paths),
                 connections: method.connections,
                 selector: Some(Selector::Subspaces),
@@ -92,7 +100,7 @@ impl Method {
                 to_camera: method.light_tracing,
             },
             Self::Light(method) => Plan {
-                descriptor: &settings::LIGHT,
+                descriptor: &LIGHT,
                 light_paths: LightPaths::Shared { wanted: method.light_paths, per_pixel: 1.0 },
                 connections: 1,
                 selector: None,

@@ -8,8 +8,10 @@ mod options;
 mod pretrace;
 mod records;
 mod task;
+mod train;
 
 pub use error::TrainingError;
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
 pub use options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
-pub use task::{TrainingProgress, TrainingResult, TrainingTask, WarmStart, find_training_paths, train};
+pub use task::{TrainingProgress, TrainingResult, TrainingTask, WarmStart};
+pub use train::{find_training_paths, train};

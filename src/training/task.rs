@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::Training;
 use super::TrainingError;
-use super::{Training, guided, pretrace};
 use crate::device::Context;
 use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
@@ -128,30 +128,6 @@ impl TrainingTask {
     pub(super) fn fit(&self, input: &TrainingInput) -> Result<Arc<Model>, TrainingError> {
         Ok(Arc::new(subspace::train(input, self.training.settings.clone())?))
     }
-}
-
-/// Learns how to connect in a picture, until `interrupted` says so; it is asked several times per second.
-///
-/// # Errors
-/// A lost device, a scene without light to connect to, [`TrainingError::Interrupted`].
-pub fn train(
-    task: &TrainingTask,
-    mut interrupted: impl FnMut(TrainingProgress) -> bool,
-) -> Result<TrainingResult, TrainingError> {
-    let go_on =
-        |step: TrainingProgress| if interrupted(step) { Err(TrainingError::Interrupted) } else { Ok(()) };
-    match task.training.paths {
-        Some(paths) => pretrace::train(task, paths, go_on),
-        None => guided::train(task, go_on),
-    }
-}
-
-/// The paths that one iteration of connections using `model` finds, as [`train`] learns from them.
-///
-/// # Errors
-/// As [`train`].
-pub fn find_training_paths(task: &TrainingTask, model: &Model) -> Result<TrainingSet, TrainingError> {
-    guided::find_paths(task, model)
 }
 
 /// Time by purpose.
