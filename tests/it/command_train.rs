@@ -44,7 +44,7 @@ fn a_model_stands_for_its_training() {
         assert!(seconds("preprocessing_seconds") > seconds("pretracing_seconds"));
     }
     assert!(train["camera_paths"].as_u64().is_some_and(|paths| paths >= 1000), "{train}");
-    assert_eq!(train["settings"]["connections"], 3);
+    assert_eq!(train["connections"], 3);
 
     case.run(&format!("{TRAIN} -o again.model")).assert(0, &[]);
     case.run("info --model again.model").assert(0, &[]);
