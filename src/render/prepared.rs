@@ -276,6 +276,17 @@ impl Prepared {
     }
 }
 
+impl Renderer {
+    /// Builds everything that the scene requires, and learns where the method has to and nothing is learnt yet;
+    /// [`Prepared`] does so in steps.
+    ///
+    /// # Errors
+    /// No such camera, a picture without pixels, or what the layers below report.
+    pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
+        Prepared::new(context, scene, options)?.renderer()
+    }
+}
+
 fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
     let end = |first: u32, count: u32| {
         u64::from(first) + u64::from(count.saturating_sub(1)) * u64::from(region.stride) + 1

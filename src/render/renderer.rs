@@ -5,14 +5,14 @@ use std::time::{Duration, Instant};
 
 use super::budget::{Budget, Estimate, Progress, Stop};
 use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers, pixel_sums};
-use super::{Prepared, RenderError, RenderOptions, Report};
+use super::{RenderError, RenderOptions, Report};
 use crate::accel::UnitSpace;
 use crate::device::layout::{FirstHitPixel, SAMPLES_A_GROUP};
 use crate::device::{self, Context};
 use crate::film::sums::{FilmSums, SAMPLES_A_FLUSH};
 use crate::film::{Picture, Region};
 use crate::integrator::{Choice, FirstSubspaces, Integrator, Strategy, SubmissionLimit};
-use crate::scene::{self, Scene};
+use crate::scene;
 use crate::subspace::Model;
 use crate::training::OnlineTraining;
 
@@ -54,15 +54,6 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Builds everything that the scene requires, and learns where the method has to and nothing is learnt yet;
-    /// [`Prepared`] does so in steps.
-    ///
-    /// # Errors
-    /// No such camera, a picture without pixels, or what the layers below report.
-    pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
-        Prepared::new(context, scene, options)?.renderer()
-    }
-
     /// Starts again with another seed, and with one strategy of a bidirectional method alone (or all of them). Learning
     /// ends where it is.
     ///
