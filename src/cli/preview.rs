@@ -8,10 +8,9 @@ use clap::Args;
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, read_reference,
-    say_what_is_missing,
+    CameraArgs, InputError, SceneArgs, check_folder, default_output, read_reference, say_what_is_missing,
 };
-use super::{CliError, Exit, progress};
+use super::{CliError, Exit, progress, text};
 use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
@@ -100,7 +99,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
         exposure: args.view.exposure,
         output,
         title: args.scene.scene.display().to_string(),
-        command_line: command_line(),
+        command_line: text::command_line(),
     };
     preview::run(display, settings, progress::interrupted)?;
     Ok(if progress::interrupted() { Exit::Interrupted } else { Exit::Done })

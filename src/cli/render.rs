@@ -8,14 +8,14 @@ use clap::Args;
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, check_folder, command_line, default_output, parse_crop,
-    parse_duration, say_what_is_missing,
+    CameraArgs, InputError, SceneArgs, check_folder, default_output, parse_crop, parse_duration,
+    say_what_is_missing,
 };
 use super::debug::Debug;
 use super::output::Output;
 use super::progress::{self, Meter};
 use super::trace::TraceArgs;
-use super::{CliError, Exit, strategies, summary};
+use super::{CliError, Exit, strategies, summary, text};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::{Region, tev};
 use crate::integrator::View;
@@ -117,7 +117,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         seed: options.view.seed,
         scene_hash,
         device: context.describe(),
-        command_line: command_line(),
+        command_line: text::command_line(),
     };
     let mut output = Output {
         files,

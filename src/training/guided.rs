@@ -14,7 +14,7 @@ use crate::math::statistics::geometric_mean;
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::TrainingError;
-use super::options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS};
+use super::options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS};
 use super::records::{Records, light_features, light_sample};
 use super::task::{
     Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, WarmStart, training_batch,
@@ -53,7 +53,7 @@ pub(super) fn train(
 
 /// A round comes when there is twice as much to learn from as for the last.
 fn iteration_of(round: u32) -> u32 {
-    1 << (round.clamp(1, 16) - 1)
+    1 << (round.clamp(1, MOST_ROUNDS) - 1)
 }
 
 /// Connections that are enough for so many rounds.

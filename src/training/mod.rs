@@ -12,6 +12,6 @@ mod train;
 
 pub use error::TrainingError;
 pub use online::{OnlineTraining, PreparedTrainer, TrainingEvent};
-pub use options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
+pub use options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
 pub use task::{TrainingProgress, TrainingResult, TrainingTask, WarmStart};
 pub use train::{find_training_paths, train};

@@ -11,6 +11,8 @@ use crate::subspace;
 const COST_OF_A_PATH: f64 = 2.0;
 /// Rounds at most, unless asked for or the render is known to be long enough for more.
 pub const DEFAULT_ROUNDS: u32 = 5;
+/// Rounds that may be asked for: each has twice the iterations of the one before.
+pub const MOST_ROUNDS: u32 = 16;
 /// Rounds at most in a long render; later ones would have no more connections to learn from.
 pub const LONG_RENDER_ROUNDS: u32 = 7;
 

@@ -11,7 +11,7 @@ use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
 use crate::integrator::{DEFAULT_CONNECTIONS, Descriptor, MAX_CONNECTIONS, METHODS, Method};
 use crate::subspace::{Model, Optimiser, Settings, SubspaceError};
-use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, Training, When};
+use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
 
 /// Rounds of a first look.
 const DRAFT_ROUNDS: u32 = 2;
@@ -81,7 +81,7 @@ pub struct LearnArgs {
     /// connections by subspaces find, guided by the rounds before: much sooner where light is hard to find.
     #[arg(long, value_name = "N", help_heading = LEARNING)]
     train_paths: Option<u32>,
-    #[arg(long, alias = "lessons", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16),
+    #[arg(long, alias = "lessons", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ROUNDS)),
           conflicts_with = "train_paths", help_heading = LEARNING,
           help = format!("Rounds of learning, each from all paths that were found by then, however little they gain \
                           (default: up to {DEFAULT_ROUNDS}, in a render that is long enough up to {LONG_RENDER_ROUNDS}, as \

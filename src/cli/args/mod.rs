@@ -18,11 +18,6 @@ pub use error::InputError;
 pub use parse::{parse_crop, parse_duration, parse_probability, parse_size};
 pub use scene::{SceneArgs, say_what_is_missing};
 
-/// How this program was called, for files that say how they came to be.
-pub fn command_line() -> String {
-    std::env::args().collect::<Vec<_>>().join(" ")
-}
-
 /// Asks for the folder of a file to come: before hours of work, not after them.
 ///
 /// # Errors
