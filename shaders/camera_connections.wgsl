@@ -3,9 +3,6 @@
 #import lib/hit
 #import lib/medium
 #import lib/strategies
-#if subspaces
-#import lib/subspaces
-#endif
 
 // Connects the vertices that light paths have just reached to the camera (t = 1).
 
@@ -28,10 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-#if subspaces
-    let share = shares_in[index];
-    arrival.edge = light_edge(point, view.direction, share.x, bitcast<u32>(share.w));
-#endif
+    arrival.edge = edge_towards(point, arrival, load_light_mis(index), view.direction);
     let connection = connect_camera(point, arrival, view);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);

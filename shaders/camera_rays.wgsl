@@ -2,6 +2,9 @@
 #import lib/path_key
 #if bidirectional
 #import bind/subpath
+#if subspaces
+#import bind/subspace_mis
+#endif
 #import lib/camera
 #endif
 
@@ -31,7 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     sub_paths_in[path] =
         SubPath(origin, 0.0, vec3f(0.0), SUBPATH_CAMERA | select(0u, SUBPATH_INFINITE, parallel));
 #if subspaces
-    shares_in[path] = vec4f(0.0);
+    eye_mis_in[path] = EyeMis(vec3f(0.0), 0u);
 #endif
 #else
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);

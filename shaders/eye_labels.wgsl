@@ -1,5 +1,6 @@
 #import bind/accel
 #import bind/queue
+#import bind/subspace_mis
 #import lib/subpath
 #import lib/subspaces
 

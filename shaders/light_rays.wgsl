@@ -9,7 +9,7 @@
 #import lib/camera
 #endif
 #if subspaces
-#import lib/subspaces
+#import lib/weights
 #endif
 
 // Starts light paths: a point on a light, drawn by power, and a ray that leaves it.
@@ -81,7 +81,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         SubPath(emission.position, ratio / emission.pdf_light, emission.normal, emission.flags);
 #if subspaces
     let label = source_label(emission.light, emission.at);
-    shares_in[path] = light_share(emission.weight, label);
+    light_mis_in[path] = light_mis_of_bounce(emission.weight, 0.0, false, label);
 #else
     let label = 0u;
 #endif

@@ -20,7 +20,7 @@ struct Connection {
 }
 
 /// Connects an eye vertex that is no delta vertex.
-fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
+fn connect(eye_point: SurfacePoint, arrival: Arrival, partials: EyePartials, vertex: LightVertex) -> Connection {
     let kind = kind_of(vertex);
     var connection: Connection;
     connection.link = link_to(eye_point, vertex, kind);
@@ -67,11 +67,7 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
             f_light = value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
             connection.pdf_back = value.pdf_back_solid * survives * vertex.to_previous;
-#if subspace_directions
-            let edge = light_edge(point, world_to, vertex.edge, vertex.depth_kind >> 20u);
-#else
-            let edge = vertex.edge;
-#endif
+            let edge = cached_edge(vertex, point, world_to);
             light_step = mis_step(vertex.ratio, connection.pdf_back, edge, vertex.pdf_area);
         }
     }
@@ -86,15 +82,11 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
     connection.f_eye = f_eye;
     connection.f_light = f_light;
     connection.geometry = geometry;
-#if subspaces
-    let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * magnitude(vertex.weight);
-    let share = departing_share(eye_point, arrival, shares, link.direction, f_eye, false);
-    let nearer = magnitude(light * geometry * share.rgb);
-    connection.density = edge + nearer + eye_step * pdf_eye + light_step * connection.pdf_light;
-    connection.weight = edge / connection.density;
-#else
-    connection.weight =
-        connection_weight(batch.connection_density, eye_step, pdf_eye, light_step, connection.pdf_light);
-#endif
+    let weight = weigh_connection(
+        eye_point, arrival, partials, vertex, link.direction, f_eye, light * geometry,
+        eye_step, pdf_eye, light_step, connection.pdf_light,
+    );
+    connection.weight = weight.weight;
+    connection.density = weight.density;
     return connection;
 }

@@ -5,7 +5,7 @@
 //
 // The density of scattering back to where a sub-path came from is that of the direction back alone, so that the
 // `mis_step` of both ends is known on arrival; y has it stored, and its BSDF is in its weight but for the side of the
-// surface. In the terms of lib/mis and lib/subspaces, E the `departing_share` of z, the other strategies' densities are
+// surface. In the terms of lib/mis and lib/subspaces, E the `eye_mis_of_bounce` of z, the other strategies' densities are
 //
 //   nearer to the light   step(y) pE(y|z)
 //   nearer to the eye     |w_y f_y G(y, z) E(z)|, and step(z) pL(z|y)
@@ -31,7 +31,7 @@ fn leaving(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f
     return select(vec2f(0.0), vec2f(1.0, vertex.pdf_scale * abs(cos_to.shading)), is_open(cos_to) && lit_side);
 }
 
-fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
+fn connect(eye_point: SurfacePoint, arrival: Arrival, partials: EyePartials, vertex: LightVertex) -> Connection {
     let kind = kind_of(vertex);
     var connection: Connection;
     connection.link = link_to(eye_point, vertex, kind);
@@ -53,13 +53,9 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
     let pdf_eye = leaves.y * link.to_eye;
     let arriving_light = vertex.weight * (leaves.x * abs(cos_to.geometric) * link.to_light);
     connection.light = arriving_light * f;
-#if subspaces
-    let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * vertex.size;
-    let share = departing_share(eye_point, arrival, shares, link.direction, f, false);
-    let nearer = magnitude(arriving_light * share.rgb);
-    connection.weight = edge / (edge + nearer + eye_step * pdf_eye + vertex.step * pdf_light);
-#else
-    connection.weight = connection_weight(batch.connection_density, eye_step, pdf_eye, vertex.step, pdf_light);
-#endif
+    connection.weight = weigh_connection(
+        eye_point, arrival, partials, vertex, link.direction, f, arriving_light,
+        eye_step, pdf_eye, vertex.step, pdf_light,
+    ).weight;
     return connection;
 }

@@ -32,6 +32,12 @@ fn connection_weight(edge: f32, eye_step: f32, pdf_eye: f32, light_step: f32, pd
     return edge / (edge + eye_step * pdf_eye + light_step * pdf_light);
 }
 
+/// The weight of a connection, and the density of all strategies that make the path, over those of its two sub-paths.
+struct ConnectionWeight {
+    weight: f32,
+    density: f32,
+}
+
 /// Weight of an eye path that ends on a light: `pdf_light` and `pdf_eye`: densities of the last vertex from both
 /// sides; `pdf_previous`: density of the last but one, as emission samples it; `edge`: c of connecting the two.
 fn hit_weight(edge: f32, ratio: f32, pdf_previous: f32, pdf_light: f32, pdf_eye: f32) -> f32 {

@@ -1,5 +1,6 @@
 #import bind/queue
 #import bind/training
+#import lib/color
 #import lib/subpath
 #import lib/subspaces
 

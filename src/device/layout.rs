@@ -166,6 +166,29 @@ device_struct! {
 }
 
 device_struct! {
+    /// What a ray that leaves an eye vertex carries for weights by subspaces.
+    pub struct EyeMis {
+        /// The colour A of `lib/weights_subspaces`.
+        pub a: [f32; 3],
+        /// Eye subspace of the vertex.
+        pub label: u32,
+    }
+}
+
+device_struct! {
+    /// The same for a ray that leaves a light vertex.
+    pub struct LightMis {
+        /// |w| / Q of the vertex; 0 for a delta vertex.
+        pub w_over_q: f32,
+        /// Density per area of the vertex before it, as the eye's side would sample it.
+        pub pdf_back: f32,
+        pub pad: u32,
+        /// Light subspace of the vertex.
+        pub label: u32,
+    }
+}
+
+device_struct! {
     /// A vertex of an eye path that pre-tracing wrote down.
     pub struct TrainingVertex {
         pub position: [f32; 3],

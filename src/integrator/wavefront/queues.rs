@@ -3,8 +3,8 @@
 use super::Wavefront;
 use super::kernels::Form;
 use crate::device::layout::{
-    Batch, Camera, Counts, FilmPixel, FirstHitPixel, Hit, PathRay, ShadowRay, SubPath, TrainingEnd,
-    TrainingVertex,
+    Batch, Camera, Counts, EyeMis, FilmPixel, FirstHitPixel, Hit, LightMis, PathRay, ShadowRay, SubPath,
+    TrainingEnd, TrainingVertex,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 use crate::integrator::Settings;
@@ -44,7 +44,9 @@ pub(super) fn create(
         swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
     }
     if form.subspaces {
-        swapped.push(("shares", pair(["shares a", "shares b"], 16)?));
+        // Eye and light paths are never in flight together.
+        let mis = pair(["mis a", "mis b"], size_of::<EyeMis>().max(size_of::<LightMis>()))?;
+        swapped.extend([("eye_mis", mis.clone()), ("light_mis", mis)]);
         buffers.create(context, "eye_labels", bytes(8))?;
     }
     let cells = u64::from(form.cells);
