@@ -39,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #else
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);
 #endif
-    for (var cell = path * CELLS; cell < (path + 1u) * CELLS; cell++) {
-        radiance[cell] = vec4f(0.0);
+    for (var slot = path * CONNECTIONS_IN_FLIGHT; slot < (path + 1u) * CONNECTIONS_IN_FLIGHT; slot++) {
+        radiance[slot] = vec4f(0.0);
     }
 }

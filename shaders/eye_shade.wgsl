@@ -30,17 +30,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
-    let arrival = arrive(point, ray.direction, ray.pdf_solid, previous);
-    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    let vertex = path_vertex(point, ray.direction, ray.pdf_solid, previous);
+    let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let through = transmittance(medium, hit.t);
     ray.throughput *= through;
     partials = absorb(partials, through);
 #if area_lights
     let light_index = triangles[hit.triangle].light;
     if light_index != 0u {
-        let weight = emitter_weight(point, arrival, partials, light_index - 1u);
-        let emission = point_emission(point, arrival.world_from);
-        deliver_emitter(ray, point, arrival, depth, emission, through, weight, light_index - 1u);
+        let weight = emitter_weight(point, vertex, partials, light_index - 1u);
+        let emission = point_emission(point, vertex.world_from);
+        deliver_emitter(ray, point, vertex, depth, emission, through, weight, light_index - 1u);
     }
 #endif
     if depth + 1u >= batch.max_depth {
@@ -52,13 +52,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
 #endif
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
-    let departure = sample_departure(point, point_surface(point), point_frame(point), arrival, u, true);
-    let f = departure_f(point, departure);
+    let bounce = sample_bounce(point, point_surface(point), point_frame(point), vertex, u, true);
+    let f = bounce_f(point, bounce);
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
-    deliver_vertex(ray, point, arrival, depth, f, through, is_delta);
-    let slot = send_on(ray.path, depth, point, departure, ray.throughput);
+    deliver_vertex(ray, point, vertex, depth, f, through, is_delta);
+    let slot = enqueue(ray.path, depth, point, bounce, ray.throughput);
     if slot == PATH_ENDS {
         return;
     }
-    store_eye_mis(slot, eye_mis_of_bounce(point, arrival, partials, departure.direction, f, is_delta));
+    store_eye_mis(slot, eye_mis_of_bounce(point, vertex, partials, bounce.direction, f, is_delta));
 }

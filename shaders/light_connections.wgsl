@@ -36,8 +36,8 @@ fn shadow_ray(point: SurfacePoint, link: Link, kind: u32) -> ShadowRay {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let task = invocation(id);
-    let index = task / CELLS;
-    let cell = task % CELLS;
+    let index = task / CONNECTIONS_IN_FLIGHT;
+    let slot = task % CONNECTIONS_IN_FLIGHT;
     if index >= counts.paths_in {
         return;
     }
@@ -51,23 +51,23 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (materials[eye_point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    let selection = select_light_vertex(index, ray.path, depth, counts.connection_round * CELLS + cell);
+    let selection = select_light_vertex(index, ray.path, depth, counts.connection_round * CONNECTIONS_IN_FLIGHT + slot);
     if selection.vertex == NO_VERTEX {
         return;
     }
-    let vertex = light_vertices[selection.vertex];
-    let light_depth = vertex.depth_kind & 0xffffu;
-    let kind = kind_of(vertex);
+    let light_vertex = light_vertices[selection.vertex];
+    let light_depth = light_vertex.depth_kind & 0xffffu;
+    let kind = kind_of(light_vertex);
     let wanted = batch.only_s == EVERY_STRATEGY
         || (batch.only_s == light_depth + 1u && batch.only_t == depth + 2u);
-    if depth + light_depth + 2u > batch.max_depth || !wanted || !any(vertex.weight != vec3f(0.0)) {
+    if depth + light_depth + 2u > batch.max_depth || !wanted || !any(light_vertex.weight != vec3f(0.0)) {
         return;
     }
-    let arrival = arrive(eye_point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-    let medium = medium_between(ray.depth_medium >> 16u, eye_point, arrival.world_from);
+    let eye_vertex = path_vertex(eye_point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye_vertex.world_from);
     let through = transmittance(medium, hit.t);
     let partials = absorb(load_eye_partials(index), through);
-    let connection = connect(eye_point, arrival, partials, vertex);
+    let connection = connect(eye_point, eye_vertex, partials, light_vertex);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let contribution = ray.throughput * through * connection.light * (weight * selection.inv_density);
     if !any(contribution != vec3f(0.0)) {
@@ -75,5 +75,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     var shadow = shadow_ray(eye_point, connection.link, kind);
     shadow.depth = depth;
-    deliver_connection(shadow, cell, ray, through, vertex, connection, contribution);
+    deliver_connection(shadow, slot, ray, through, light_vertex, connection, contribution);
 }

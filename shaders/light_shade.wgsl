@@ -30,18 +30,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
 #endif
-    var arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    var vertex = path_vertex(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let throughput = ray.throughput * transmittance(medium, hit.t);
     let surface = point_surface(point);
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     let mis = load_light_mis(index);
-    let label = light_subspace(point, arrival.world_from);
-    arrival.edge = edge_on_arrival(point, arrival, mis);
+    let label = light_subspace(point, vertex.world_from);
+    vertex.edge = edge_so_far(point, vertex, mis);
 #if light_cache
     if depth + 2u <= batch.max_depth && is_kept(is_delta) {
         let weight = select(throughput, vec3f(0.0), is_delta);
-        cache_surface_vertex(ray.path, point, surface, arrival, weight, depth, label, mis);
+        cache_surface_vertex(ray.path, point, surface, vertex, weight, depth, label, mis);
     }
 #endif
     // The vertex to come needs room for an eye vertex, or for the camera alone.
@@ -50,12 +50,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
-    var departure = sample_departure(point, surface, point_frame(point), arrival, u, false);
-    add_edge_of_bounce(&departure, point, arrival, mis, is_delta);
-    let slot = send_on(ray.path, depth, point, departure, throughput);
+    var bounce = sample_bounce(point, surface, point_frame(point), vertex, u, false);
+    add_edge_of_bounce(&bounce, point, vertex, mis, is_delta);
+    let slot = enqueue(ray.path, depth, point, bounce, throughput);
     if slot == PATH_ENDS {
         return;
     }
-    let pdf_back = departure.pdf_back_solid * arrival.to_previous;
+    let pdf_back = bounce.pdf_back_solid * vertex.to_previous;
     store_light_mis(slot, light_mis_of_bounce(throughput, pdf_back, is_delta, label));
 }

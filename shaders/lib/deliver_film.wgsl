@@ -9,7 +9,7 @@ fn deliver_hit(path: u32, depth: u32, light: vec3f, weight: f32) {
     if (batch.only_s != EVERY_STRATEGY) && (batch.only_s != 0u || batch.only_t != depth + 2u) {
         return;
     }
-    radiance[path * CELLS] += vec4f(light * select(1.0, weight, batch.weighted != 0u), 0.0);
+    radiance[path * CONNECTIONS_IN_FLIGHT] += vec4f(light * select(1.0, weight, batch.weighted != 0u), 0.0);
 }
 
 #if environment
@@ -23,7 +23,7 @@ fn deliver_sky(ray: PathRay, previous: SubPath, depth: u32, sky: vec3f, weight: 
 /// A ray that met an emitting triangle; `light`: its index in `lights`. `through`: what the ray's way lets pass;
 /// `ray.throughput` has it.
 fn deliver_emitter(
-    ray: PathRay, point: SurfacePoint, arrival: Arrival, depth: u32, emission: vec3f, through: vec3f, weight: f32,
+    ray: PathRay, point: SurfacePoint, vertex: PathVertex, depth: u32, emission: vec3f, through: vec3f, weight: f32,
     light: u32,
 ) {
     deliver_hit(ray.path, depth, ray.throughput * emission, weight);
@@ -32,16 +32,17 @@ fn deliver_emitter(
 
 /// A vertex of an eye path is nothing to see.
 fn deliver_vertex(
-    ray: PathRay, point: SurfacePoint, arrival: Arrival, depth: u32, f: vec3f, through: vec3f, is_delta: bool,
+    ray: PathRay, point: SurfacePoint, vertex: PathVertex, depth: u32, f: vec3f, through: vec3f, is_delta: bool,
 ) {}
 
-/// A connection that carries `contribution`, its weight included; `shadow` tests it. `slot`: of the vertex's connections.
+/// A connection that carries `contribution`, its weight included; `shadow` tests it. `slot`: among the connections of the
+/// vertex.
 fn deliver_connection(
-    shadow: ShadowRay, slot: u32, ray: PathRay, through: vec3f, vertex: LightVertex, connection: Connection,
+    shadow: ShadowRay, slot: u32, ray: PathRay, through: vec3f, light_vertex: LightVertex, connection: Connection,
     contribution: vec3f,
 ) {
     var test = shadow;
     test.contribution = contribution;
-    test.cell = ray.path * CELLS + slot;
+    test.slot = ray.path * CONNECTIONS_IN_FLIGHT + slot;
     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = test;
 }

@@ -11,9 +11,9 @@
 #if lambert_vertices
 /// A point on a surface where light of `weight` arrives.
 fn surface_vertex(
-    point: SurfacePoint, surface: Surface, arrival: Arrival, weight: vec3f, depth: u32, place: vec2u,
+    point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, place: vec2u,
 ) -> LightVertex {
-    let cos_from = cosines(point, point_normal(point), arrival.world_from);
+    let cos_from = cosines(point, point_normal(point), vertex.world_from);
     let pdf_scale = lambert_pdf_scale(surface);
     return LightVertex(
         select(vec3f(0.0), weight * lambert_f(surface, cos_from), is_open(cos_from)),
@@ -21,7 +21,7 @@ fn surface_vertex(
         point.b.y,
         point.b.z,
         magnitude(weight),
-        arrival_step(arrival, pdf_scale * abs(cos_from.shading), false),
+        vertex_step(vertex, pdf_scale * abs(cos_from.shading), false),
         pdf_scale,
         depth | select(0u, LIT_FROM_FRONT, cos_from.geometric > 0.0),
         place.x,
@@ -31,19 +31,19 @@ fn surface_vertex(
 #else
 /// A point on a surface where light of `weight` arrives.
 fn surface_vertex(
-    point: SurfacePoint, surface: Surface, arrival: Arrival, weight: vec3f, depth: u32, place: vec2u,
+    point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, place: vec2u,
 ) -> LightVertex {
     return LightVertex(
         weight,
         point.triangle,
-        arrival.world_from,
+        vertex.world_from,
         depth,
         point.b.y,
         point.b.z,
-        arrival.pdf_area,
-        arrival.ratio,
-        arrival.to_previous,
-        arrival.edge,
+        vertex.pdf_area,
+        vertex.ratio,
+        vertex.to_previous,
+        vertex.edge,
         place.x,
         place.y,
     );
@@ -89,7 +89,7 @@ fn keep_pdf_back(slot: u32, mis: LightMis) {}
 
 /// Puts a point on a surface into the cache, where light of `weight` arrives on a ray with `mis`.
 fn cache_surface_vertex(
-    path: u32, point: SurfacePoint, surface: Surface, arrival: Arrival, weight: vec3f, depth: u32, label: u32,
+    path: u32, point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, label: u32,
     mis: LightMis,
 ) {
     let light_path = batch.first_light_path + path;
@@ -100,7 +100,7 @@ fn cache_surface_vertex(
     if slot < arrayLength(&light_vertices) {
         let place = vec2u(light_path, number | (label << 16u));
         light_vertices[slot] =
-            cached_with_edge(surface_vertex(point, surface, arrival, weight, depth, place), mis);
+            cached_with_edge(surface_vertex(point, surface, vertex, weight, depth, place), mis);
         keep_pdf_back(slot, mis);
     }
 }

@@ -1,5 +1,5 @@
 // The balance heuristic over all strategies that could have made a path, by ratios: no product of densities is
-// ever formed, so path length and scale do not matter (numerics.md, N-11).
+// ever formed, so path length and scale do not matter.
 //
 // A path x_0 (camera) .. x_n (light) is made by the strategy of t eye vertices with density P_t:
 //

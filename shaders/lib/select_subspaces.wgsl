@@ -25,6 +25,7 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
     let n = range.y - range.x;
     let item = bucket_items[draw_from_bucket(range, mixed.zw)];
     let table_units = n << slot_bits(n);
-    let expected = f32(batch.light_path_count) * f32(CELLS) * gamma_pdf[eye_label * batch.subspaces + light_label];
+    let expected = f32(batch.light_path_count) * f32(CONNECTIONS_IN_FLIGHT)
+        * gamma_pdf[eye_label * batch.subspaces + light_label];
     return Selection(item.x, f32(table_units) / f32(item.y) / expected);
 }

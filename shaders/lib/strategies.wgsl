@@ -112,11 +112,11 @@ struct CameraConnection {
     weight: f32,
 }
 
-fn connect_camera(point: SurfacePoint, arrival: Arrival, view: CameraView) -> CameraConnection {
+fn connect_camera(point: SurfacePoint, vertex: PathVertex, view: CameraView) -> CameraConnection {
     let surface = point_surface(point);
-    let value = shading_evaluate(surface, point_frame(point), arrival.world_from, view.direction, false);
+    let value = shading_evaluate(surface, point_frame(point), vertex.world_from, view.direction, false);
     let pdf_eye = abs(dot(view.direction, point.world_ng)) * view.pdf_area;
-    let step = arrival_step(arrival, value.pdf_back_solid * survival(surface), false);
+    let step = vertex_step(vertex, value.pdf_back_solid * survival(surface), false);
     return CameraConnection(
         value.f * (pdf_eye / f32(batch.light_path_count)),
         connection_weight(batch.camera_paths, 0.0, 0.0, step, pdf_eye),

@@ -23,5 +23,5 @@ fn vertex_label(tree: u32, point: SurfacePoint, world_from: vec3f) -> u32 {
 
 /// N Gamma / Q: the density of a connection by subspaces over |w| of its light vertex.
 fn gamma_over_q(eye_label: u32, light_label: u32) -> f32 {
-    return f32(CELLS) * gamma_pdf[eye_label * batch.subspaces + light_label] * inv_q[light_label];
+    return f32(CONNECTIONS_IN_FLIGHT) * gamma_pdf[eye_label * batch.subspaces + light_label] * inv_q[light_label];
 }

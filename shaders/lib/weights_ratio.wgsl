@@ -6,8 +6,8 @@
 #import lib/mis
 #import lib/subpath
 
-// Weights where the density of a connection is the same for all pairs of vertices: what `SubPath` carries is all that is
-// needed, and what lib/weights_subspaces carries beside it is nothing here.
+// Weights where the density of a connection is the same for all pairs of vertices: `SubPath` carries all that is needed,
+// and what lib/weights_subspaces carries beside it is nothing here.
 
 /// Of a ray that leaves an eye vertex, of an eye vertex, of a ray that leaves a light vertex: nothing.
 alias EyeMis = u32;
@@ -23,7 +23,7 @@ fn absorb(partials: EyePartials, through: vec3f) -> EyePartials {
 }
 
 fn eye_mis_of_bounce(
-    point: SurfacePoint, arrival: Arrival, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
+    point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
 ) -> EyeMis {
     return 0u;
 }
@@ -38,16 +38,16 @@ fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
     return 0u;
 }
 
-fn edge_on_arrival(point: SurfacePoint, arrival: Arrival, mis: LightMis) -> f32 {
-    return arrival.edge;
+fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis) -> f32 {
+    return vertex.edge;
 }
 
-fn edge_towards(point: SurfacePoint, arrival: Arrival, mis: LightMis, world_to: vec3f) -> f32 {
-    return arrival.edge;
+fn edge_towards(point: SurfacePoint, vertex: PathVertex, mis: LightMis, world_to: vec3f) -> f32 {
+    return vertex.edge;
 }
 
 fn add_edge_of_bounce(
-    departure: ptr<function, Departure>, point: SurfacePoint, arrival: Arrival, mis: LightMis, is_delta: bool,
+    bounce: ptr<function, Bounce>, point: SurfacePoint, vertex: PathVertex, mis: LightMis, is_delta: bool,
 ) {}
 
 fn cached_with_edge(vertex: LightVertex, mis: LightMis) -> LightVertex {
@@ -70,7 +70,7 @@ fn store_light_mis(slot: u32, mis: LightMis) {}
 /// The weight of a connection, and the density of all strategies that make the path, over those of its two sub-paths.
 /// Each side: its `mis_step`, and the density of its vertex as sampled from the other end.
 fn weigh_connection(
-    eye_point: SurfacePoint, arrival: Arrival, partials: EyePartials, vertex: LightVertex, direction: vec3f,
+    eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
     f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
     let edge = batch.connection_density;
@@ -80,13 +80,13 @@ fn weigh_connection(
 
 #if area_lights
 /// Weight of an eye path that met an emitting triangle; `light`: its index in `lights`.
-fn emitter_weight(point: SurfacePoint, arrival: Arrival, partials: EyePartials, light: u32) -> f32 {
-    if (arrival.flags & SUBPATH_CAMERA) != 0u {
+fn emitter_weight(point: SurfacePoint, vertex: PathVertex, partials: EyePartials, light: u32) -> f32 {
+    if (vertex.flags & SUBPATH_CAMERA) != 0u {
         return 1.0;
     }
-    let pdf_previous = emission_pdf_solid(point, arrival.world_from) * arrival.to_previous;
+    let pdf_previous = emission_pdf_solid(point, vertex.world_from) * vertex.to_previous;
     let pdf_light = lights[light].pdf_select / point.area;
-    return hit_weight(arrival.edge, arrival.ratio, pdf_previous, pdf_light, arrival.pdf_area);
+    return hit_weight(vertex.edge, vertex.ratio, pdf_previous, pdf_light, vertex.pdf_area);
 }
 #endif
 

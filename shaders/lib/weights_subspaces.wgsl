@@ -10,8 +10,9 @@
 #import lib/subpath
 #import lib/subspaces
 
-// Weights where connections are chosen by subspaces: an eye vertex z of eye subspace e is connected to a light vertex y of
-// light subspace l with density Gamma[e][l] |w_y| / Q[l] over that of its light sub-path, N times. In the terms of lib/mis
+// Weights where connections are chosen by subspaces: an eye vertex z of eye subspace e is connected to a light vertex y
+// of light subspace l with density Gamma[e][l] |w_y| / Q[l] over that of its light sub-path, N times. In the terms of
+// lib/mis
 //
 //   c(z, y) = N Gamma[e][l] |w_y| / Q[l]
 //
@@ -38,8 +39,7 @@ fn absorb(partials: EyePartials, through: vec3f) -> EyePartials {
     return EyePartials(EyeMis(partials.mis.a * through, partials.mis.label), partials.labels);
 }
 
-/// c over |w| between an eye path's vertex, if it is no delta vertex, and the one before it, which `flags` and `mis` are
-/// of.
+/// c over |w| between an eye path's vertex, if it is no delta vertex, and the one before it, which has `flags` and `mis`.
 fn eye_edge(flags: u32, mis: EyeMis, light_label: u32) -> f32 {
     if (flags & (SUBPATH_DELTA | SUBPATH_CAMERA)) != 0u {
         return 0.0;
@@ -59,13 +59,13 @@ fn eye_light_label(point: SurfacePoint, world_to: vec3f, known: u32) -> u32 {
 
 /// Of the ray that leaves an eye vertex along `direction`, for which the BSDF is `f`.
 fn eye_mis_of_bounce(
-    point: SurfacePoint, arrival: Arrival, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
+    point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
 ) -> EyeMis {
     let label = eye_light_label(point, direction, partials.labels.y);
-    let before = select(eye_edge(arrival.flags, partials.mis, label), 0.0, is_delta);
-    let cos_from = abs(dot(arrival.world_from, point.world_ng));
-    let continued = partials.mis.a * f * (cos_from * arrival.to_previous) + before;
-    return EyeMis(continued / arrival.pdf_area, partials.labels.x);
+    let before = select(eye_edge(vertex.flags, partials.mis, label), 0.0, is_delta);
+    let cos_from = abs(dot(vertex.world_from, point.world_ng));
+    let continued = partials.mis.a * f * (cos_from * vertex.to_previous) + before;
+    return EyeMis(continued / vertex.pdf_area, partials.labels.x);
 }
 
 /// Of the ray in a slot of the queue.
@@ -89,31 +89,31 @@ fn light_edge(point: SurfacePoint, world_to: vec3f, w_over_q: f32, column: u32) 
         return 0.0;
     }
     let row = vertex_label(TREE_EYE, point, world_to);
-    return f32(CELLS) * gamma_pdf[row * batch.subspaces + column] * w_over_q;
+    return f32(CONNECTIONS_IN_FLIGHT) * gamma_pdf[row * batch.subspaces + column] * w_over_q;
 }
 
 /// The same for the vertex that a light path has just reached, as far as it is known before the direction on is.
-fn edge_on_arrival(point: SurfacePoint, arrival: Arrival, mis: LightMis) -> f32 {
+fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis) -> f32 {
 #if subspace_directions
     return 0.0;
 #else
-    return light_edge(point, arrival.world_from, mis.w_over_q, mis.label);
+    return light_edge(point, vertex.world_from, mis.w_over_q, mis.label);
 #endif
 }
 
 /// The same, whole, for a vertex that is connected towards `world_to`.
-fn edge_towards(point: SurfacePoint, arrival: Arrival, mis: LightMis, world_to: vec3f) -> f32 {
+fn edge_towards(point: SurfacePoint, vertex: PathVertex, mis: LightMis, world_to: vec3f) -> f32 {
     return light_edge(point, world_to, mis.w_over_q, mis.label);
 }
 
-/// Adds what `edge_on_arrival` left out.
+/// Adds what `edge_so_far` left out.
 fn add_edge_of_bounce(
-    departure: ptr<function, Departure>, point: SurfacePoint, arrival: Arrival, mis: LightMis, is_delta: bool,
+    bounce: ptr<function, Bounce>, point: SurfacePoint, vertex: PathVertex, mis: LightMis, is_delta: bool,
 ) {
 #if subspace_directions
     if !is_delta {
-        let edge = light_edge(point, (*departure).direction, mis.w_over_q, mis.label);
-        (*departure).next.ratio += edge / arrival.pdf_area;
+        let edge = light_edge(point, (*bounce).direction, mis.w_over_q, mis.label);
+        (*bounce).next.ratio += edge / vertex.pdf_area;
     }
 #endif
 }
@@ -153,14 +153,14 @@ fn store_light_mis(slot: u32, mis: LightMis) {
 }
 
 /// The weight of a connection, and the density of all strategies that make the path, over those of its two sub-paths.
-/// `arriving_light`: of the light vertex, at the eye vertex. Each side: its `mis_step`, and the density of its vertex as
-/// sampled from the other end.
+/// `arriving_light`: of the light vertex, at the eye vertex. Each side: its `mis_step`, and the density of its vertex
+/// as sampled from the other end.
 fn weigh_connection(
-    eye_point: SurfacePoint, arrival: Arrival, partials: EyePartials, vertex: LightVertex, direction: vec3f,
+    eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
     f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
-    let edge = gamma_over_q(partials.labels.x, vertex.number_label >> 16u) * arriving(vertex);
-    let beyond = eye_mis_of_bounce(eye_point, arrival, partials, direction, f_eye, false);
+    let edge = gamma_over_q(partials.labels.x, light_vertex.number_label >> 16u) * arriving(light_vertex);
+    let beyond = eye_mis_of_bounce(eye_point, eye_vertex, partials, direction, f_eye, false);
     let nearer = magnitude(arriving_light * beyond.a);
     let density = edge + nearer + eye_step * pdf_eye + light_step * pdf_light;
     return ConnectionWeight(edge / density, density);
@@ -168,18 +168,18 @@ fn weigh_connection(
 
 #if area_lights
 /// Weight of an eye path that met an emitting triangle; `light`: its index in `lights`.
-fn emitter_weight(point: SurfacePoint, arrival: Arrival, partials: EyePartials, light: u32) -> f32 {
-    if (arrival.flags & SUBPATH_CAMERA) != 0u {
+fn emitter_weight(point: SurfacePoint, vertex: PathVertex, partials: EyePartials, light: u32) -> f32 {
+    if (vertex.flags & SUBPATH_CAMERA) != 0u {
         return 1.0;
     }
-    let pdf_previous = emission_pdf_solid(point, arrival.world_from) * arrival.to_previous;
+    let pdf_previous = emission_pdf_solid(point, vertex.world_from) * vertex.to_previous;
     let pdf_light = lights[light].pdf_select / point.area;
-    let emission = point_emission(point, arrival.world_from) * point_presence(point);
-    let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
-    let edge = eye_edge(arrival.flags, partials.mis, source_label(light, point.b.yz));
+    let emission = point_emission(point, vertex.world_from) * point_presence(point);
+    let geometry = abs(dot(vertex.world_from, point.world_ng)) * vertex.to_previous;
+    let edge = eye_edge(vertex.flags, partials.mis, source_label(light, point.b.yz));
     let others = edge * magnitude(emission) + magnitude(partials.mis.a * emission) * geometry
-        + arrival.ratio * pdf_previous * pdf_light;
-    return 1.0 / (1.0 + others / arrival.pdf_area);
+        + vertex.ratio * pdf_previous * pdf_light;
+    return 1.0 / (1.0 + others / vertex.pdf_area);
 }
 #endif
 

@@ -127,8 +127,8 @@ device_struct! {
     /// A connection waiting for its visibility test.
     pub struct ShadowRay {
         pub origin: [f32; 3],
-        /// A cell of `radiance`, or a pixel of `splats`.
-        pub cell: u32,
+        /// A connection slot of `radiance`, or a pixel of `splats`.
+        pub slot: u32,
         pub direction: [f32; 3],
         pub t_max: f32,
         pub contribution: [f32; 3],

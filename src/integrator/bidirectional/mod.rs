@@ -75,7 +75,7 @@ impl Bidirectional {
         let model = model.filter(|_| scene.features.lights());
         let subspace_directions = model.is_some_and(|model| model.settings.direction_weight > 0.0);
         let form = Form {
-            cells: plan.connections,
+            connections: plan.connections,
             bidirectional: true,
             splats: plan.to_camera,
             subspaces: model.is_some(),

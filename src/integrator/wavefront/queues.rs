@@ -49,11 +49,11 @@ pub(super) fn create(
         swapped.extend([("eye_mis", mis.clone()), ("light_mis", mis)]);
         buffers.create(context, "eye_labels", bytes(8))?;
     }
-    let cells = u64::from(form.cells);
+    let connections = u64::from(form.connections);
     buffers.create(context, "hits", bytes(size_of::<Hit>()))?;
-    buffers.create(context, "radiance", cells * bytes(16))?;
+    buffers.create(context, "radiance", connections * bytes(16))?;
     if connects {
-        buffers.create(context, "shadow_rays", cells * bytes(size_of::<ShadowRay>()))?;
+        buffers.create(context, "shadow_rays", connections * bytes(size_of::<ShadowRay>()))?;
     }
     buffers.create(context, "counts", size_of::<Counts>() as u64)?;
     let indirect = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT;
