@@ -2,7 +2,7 @@
 #import bind/buckets
 #import lib/scan
 
-// The alias table of each light subspace, in whole units, so that probabilities are known exactly. One workgroup a
+// The alias table of each light subspace, in whole units, so that probabilities are known exactly. One workgroup per
 // subspace; each invocation makes a part of the slots. Slots that lack units are filled in their order by those that
 // have some to spare, in theirs, so that running sums of both say which meets which, from any slot on: Hübschle-Schneider
 // and Sanders, Parallel Weighted Random Sampling, ESA 2019.
@@ -103,7 +103,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     }
     storageBarrier();
 
-    // Who gives to the slots of this part, and who is the first to lack after one of it has given all.
+    // Which vertex gives to the slots of this part, and which is the first to lack after one of them has given all.
     var giver = first_reaching(range, true, max(before.x, 1u));
     var lacking = first_reaching(range, false, before.y + 1u);
     sums = before;

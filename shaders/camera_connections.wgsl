@@ -3,9 +3,6 @@
 #import lib/hit
 #import lib/medium
 #import lib/strategies
-#if subspaces
-#import lib/subspaces
-#endif
 
 // Connects the vertices that light paths have just reached to the camera (t = 1).
 
@@ -27,14 +24,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if view.pixel == NO_PIXEL || (materials[point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    var arrival = arrive(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-#if subspaces
-    let share = shares_in[index];
-    arrival.edge = light_edge(point, view.direction, share.x, bitcast<u32>(share.w));
-#endif
-    let connection = connect_camera(point, arrival, view);
+    var vertex = path_vertex(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    vertex.edge = edge_towards(point, vertex, load_light_mis(index), view.direction);
+    let connection = connect_camera(point, vertex, view);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
-    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let medium_to_camera = medium_towards(point, view.direction);
     let through = transmittance(medium, hit.t) * transmittance(medium_to_camera, view.distance);
     let contribution = ray.throughput * through * connection.light * weight;

@@ -2,6 +2,9 @@
 #import lib/path_key
 #if bidirectional
 #import bind/subpath
+#if subspaces
+#import bind/subspace_mis
+#endif
 #import lib/camera
 #endif
 
@@ -31,12 +34,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     sub_paths_in[path] =
         SubPath(origin, 0.0, vec3f(0.0), SUBPATH_CAMERA | select(0u, SUBPATH_INFINITE, parallel));
 #if subspaces
-    shares_in[path] = vec4f(0.0);
+    eye_mis_in[path] = EyeMis(vec3f(0.0), 0u);
 #endif
 #else
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);
 #endif
-    for (var cell = path * CELLS; cell < (path + 1u) * CELLS; cell++) {
-        radiance[cell] = vec4f(0.0);
+    for (var slot = path * CONNECTIONS_IN_FLIGHT; slot < (path + 1u) * CONNECTIONS_IN_FLIGHT; slot++) {
+        radiance[slot] = vec4f(0.0);
     }
 }

@@ -22,10 +22,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     pixel.non_finite += u32(splat.w);
 #endif
     for (var i = 0u; i < batch.sample_count; i++) {
-        let first_cell = (i * batch.pixel_count + index) * CELLS;
-        var sample = radiance[first_cell].rgb;
-        for (var cell = 1u; cell < CELLS; cell++) {
-            sample += radiance[first_cell + cell].rgb;
+        let first_slot = (i * batch.pixel_count + index) * CONNECTIONS_IN_FLIGHT;
+        var sample = radiance[first_slot].rgb;
+        for (var slot = 1u; slot < CONNECTIONS_IN_FLIGHT; slot++) {
+            sample += radiance[first_slot + slot].rgb;
         }
 #if splats
         sample += splat.rgb;

@@ -9,7 +9,7 @@
 #import lib/camera
 #endif
 #if subspaces
-#import lib/subspaces
+#import lib/weights
 #endif
 
 // Starts light paths: a point on a light, drawn by power, and a ray that leaves it.
@@ -45,7 +45,7 @@ fn connect_camera(path: u32, emission: Emission) {
 #endif
         default: {}
     }
-    shadow.cell = pixel;
+    shadow.slot = pixel;
     shadow.contribution = emission.weight * (seen / f32(batch.light_path_count));
     if pixel != NO_PIXEL && any(shadow.contribution != vec3f(0.0)) {
         shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
@@ -68,7 +68,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         path_words(path, bounce_dimension(0u, DIMENSION_LIGHT_POINT)),
         path_uniform4(path, bounce_dimension(0u, DIMENSION_BSDF)),
     );
-    // Nobody's path hits a punctual light by chance; without eye paths nobody's hits any.
+    // No path hits a punctual light by chance; without eye paths none hits any.
 #if light_only
     let ratio = 0.0;
 #else
@@ -81,7 +81,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         SubPath(emission.position, ratio / emission.pdf_light, emission.normal, emission.flags);
 #if subspaces
     let label = source_label(emission.light, emission.at);
-    shares_in[path] = light_share(emission.weight, label);
+    light_mis_in[path] = light_mis_of_bounce(emission.weight, 0.0, false, label);
 #else
     let label = 0u;
 #endif

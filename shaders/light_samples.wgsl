@@ -34,7 +34,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let vertex = light_vertices[light_order[index]];
     let kind = kind_of(vertex);
-    var feature = LightFeature(vec3f(0.0), magnitude(vertex.weight), vec3f(0.0), 0u, vertex.world_from, 0u, 0.0, 0.0, 0u, 0u);
+    var feature: LightFeature;
+    feature.weight = magnitude(vertex.weight);
+    feature.direction = vertex.world_from;
     feature.depth = vertex.depth_kind & 0xffffu;
     feature.pdf_area = vertex.pdf_area;
 #if learns

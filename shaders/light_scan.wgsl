@@ -2,8 +2,8 @@
 #import bind/light_cache
 #import lib/scan
 
-// After the last batch of light paths: where each path's vertices begin in the cache's order: sums of the numbers of vertices before. One
-// workgroup; each invocation sums a run of paths.
+// After the last batch of light paths, where each path's vertices begin in the cache's order: the sums of the numbers of
+// vertices before. One workgroup; each invocation sums a run of paths.
 
 @compute @workgroup_size(SCAN_THREADS)
 fn main(@builtin(local_invocation_index) thread: u32) {

@@ -8,7 +8,7 @@
 #endif
 
 // Tests the connections of a bounce; those that nothing blocks reach their path's radiance.
-// A cell has one connection at most in the queue, so no two invocations write it.
+// A connection slot has one connection at most in the queue, so no two invocations write it.
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -20,18 +20,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if alpha
 #if splats_atomic
     // The contribution is as random as the path that it comes from.
-    alpha_word = pcg4d(vec4u(bitcast<vec3u>(ray.contribution), ray.cell)).y;
+    alpha_word = pcg4d(vec4u(bitcast<vec3u>(ray.contribution), ray.slot)).y;
 #else
-    alpha_word = random4(path_key(ray.cell / CELLS), bounce_dimension(ray.depth, DIMENSION_ALPHA)).y
-        + counts.connection_round * CELLS + ray.cell % CELLS;
+    alpha_word = random4(path_key(ray.slot / CONNECTIONS_IN_FLIGHT), bounce_dimension(ray.depth, DIMENSION_ALPHA)).y
+        + counts.connection_round * CONNECTIONS_IN_FLIGHT + ray.slot % CONNECTIONS_IN_FLIGHT;
 #endif
 #endif
     let hit = trace(ray.origin, ray.direction, ray.t_max);
     if hit.triangle == NO_TRIANGLE {
 #if splats_atomic
-        add_splat(ray.cell, ray.contribution);
+        add_splat(ray.slot, ray.contribution);
 #else
-        radiance[ray.cell] += vec4f(ray.contribution, 0.0);
+        radiance[ray.slot] += vec4f(ray.contribution, 0.0);
 #endif
     }
 }

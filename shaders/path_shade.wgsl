@@ -36,7 +36,7 @@ fn connect(
         return;
     }
     var shadow = light_ray(point, sample, contribution, depth);
-    shadow.cell = path;
+    shadow.slot = path;
     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
 }
 #endif

@@ -10,5 +10,5 @@ fn main() {
     counts.connection_round = 0u;
     counts.closest_total = add(counts.closest_total, paths);
     arguments[ARGUMENTS_PATHS] = workgroups(paths);
-    arguments[ARGUMENTS_CELLS] = workgroups(paths * CELLS);
+    arguments[ARGUMENTS_CONNECTIONS] = workgroups(paths * CONNECTIONS_IN_FLIGHT);
 }

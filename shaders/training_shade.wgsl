@@ -39,18 +39,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
-    let arrival = arrive(point, ray.direction, ray.pdf_solid, previous);
-    let medium = medium_between(ray.depth_medium >> 16u, point, arrival.world_from);
+    let vertex = path_vertex(point, ray.direction, ray.pdf_solid, previous);
+    let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let through = transmittance(medium, hit.t);
     ray.throughput *= through;
-    let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
+    let geometry = abs(dot(vertex.world_from, point.world_ng)) * vertex.to_previous;
 #if area_lights
     let light_index = triangles[hit.triangle].light;
     if light_index != 0u && depth > 0u {
         let sampled = select(0.0, lights[light_index - 1u].pdf_select / point.area, can_sample);
-        let emission = point_emission(point, arrival.world_from);
-        let weight = 1.0 / (1.0 + sampled / arrival.pdf_area);
-        write_hit(ray, emission, through, weight, arrival.pdf_area, geometry, light_index - 1u, point.b.yz);
+        let emission = point_emission(point, vertex.world_from);
+        let weight = 1.0 / (1.0 + sampled / vertex.pdf_area);
+        write_hit(ray, emission, through, weight, vertex.pdf_area, geometry, light_index - 1u, point.b.yz);
     }
 #endif
     if depth + 1u >= batch.max_depth {
@@ -66,9 +66,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     let key = path_key(ray.path);
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
-    let departure = sample_departure(point, surface, frame, arrival, u, true);
-    let f = departure_f(point, departure);
-    write_vertex(point, arrival, ray.path, depth, is_delta, f * through, geometry);
+    let bounce = sample_bounce(point, surface, frame, vertex, u, true);
+    let f = bounce_f(point, bounce);
+    write_vertex(point, vertex, ray.path, depth, is_delta, f * through, geometry);
     if !is_delta {
         let sample = sample_light(
             point,
@@ -76,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             random4(key, bounce_dimension(depth, DIMENSION_LIGHT_POINT)),
         );
         if sample.pdf_solid > 0.0 {
-            let value = shading_evaluate(surface, frame, arrival.world_from, sample.direction, true);
+            let value = shading_evaluate(surface, frame, vertex.world_from, sample.direction, true);
             let hitting = select(value.pdf_solid * survival(surface), 0.0, sample.is_delta);
             let weight = sample.pdf_solid / (sample.pdf_solid + hitting);
             let cosine = abs(dot(sample.direction, point.world_ng));
@@ -103,12 +103,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 end.at = sample.at;
                 end.direction = sample.direction;
                 var shadow = light_ray(point, sample, vec3f(1.0), depth);
-                shadow.cell = write_end(end);
-                if shadow.cell < arrayLength(&training_ends) {
+                shadow.slot = write_end(end);
+                if shadow.slot < arrayLength(&training_ends) {
                     shadow_rays[atomicAdd(&counts.shadow_out, 1u)] = shadow;
                 }
             }
         }
     }
-    send_on(ray.path, depth, point, departure, ray.throughput);
+    enqueue(ray.path, depth, point, bounce, ray.throughput);
 }

@@ -2,12 +2,12 @@
 
 // Sizes of dispatches that the device decides.
 
-/// Workgroup counts of kernels with one invocation a path, a connection in the queue, a cell of a path.
+/// Workgroup counts of kernels with one invocation per path, per connection in the queue, per connection slot.
 @group(2) @binding(0) var<storage, read_write> arguments: array<vec4u, 3>;
 
 const ARGUMENTS_PATHS: u32 = 0u;
 const ARGUMENTS_SHADOW: u32 = 1u;
-const ARGUMENTS_CELLS: u32 = 2u;
+const ARGUMENTS_CONNECTIONS: u32 = 2u;
 
 fn workgroups(invocations: u32) -> vec4u {
     let count = (invocations + WORKGROUP - 1u) / WORKGROUP;

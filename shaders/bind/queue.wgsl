@@ -1,5 +1,5 @@
 // The queues between the kernels of a batch. Their order may differ from run to run; nothing that reaches the
-// film depends on it, since every path owns its cell of `radiance` and its numbers come from its own key.
+// film depends on it, since every path owns its connection slots of `radiance` and its numbers come from its own key.
 
 struct PathRay {
     origin: vec3f,
@@ -20,8 +20,8 @@ struct Hit {
 /// A connection waiting for its visibility test. The ray runs over t in (0, t_max).
 struct ShadowRay {
     origin: vec3f,
-    /// What the contribution is added to: a cell of `radiance`, or a pixel of `splats`.
-    cell: u32,
+    /// What the contribution is added to: a connection slot of `radiance`, or a pixel of `splats`.
+    slot: u32,
     direction: vec3f,
     t_max: f32,
     contribution: vec3f,
@@ -51,11 +51,12 @@ struct Counts {
 @group(1) @binding(2) var<storage, read_write> hits: array<Hit>;
 @group(1) @binding(3) var<storage, read_write> shadow_rays: array<ShadowRay>;
 @group(1) @binding(4) var<storage, read_write> counts: Counts;
-/// Light found so far by each path of the batch, CELLS numbers a path: one for each connection that a vertex may
-/// have in flight, so that no two invocations add to the same.
+/// Light found so far by each path of the batch, CONNECTIONS_IN_FLIGHT connection slots per path: one for each connection
+/// that a vertex may have in flight, so that no two invocations add to the same.
 @group(1) @binding(5) var<storage, read_write> radiance: array<vec4f>;
 
-override CELLS: u32 = 1u;
+/// Connections that an eye vertex has in flight at once.
+override CONNECTIONS_IN_FLIGHT: u32 = 1u;
 
 const WORKGROUP: u32 = 64u;
 

@@ -32,7 +32,7 @@ struct TrainingEnd {
     f_light: vec3f,
     /// Place of y in the cache's order; NO_LIGHT_VERTEX for a point on a light that is not in it.
     vertex: u32,
-    /// |f| / p of the path. (Connected ends have to see each other as well: the cell of `radiance` says so.)
+    /// |f| / p of the path. (Connected ends have to see each other as well: its slot of `radiance` says so.)
     contribution: f32,
     /// PE(n) / p; of a vertex of the cache the host works it out.
     p0: f32,

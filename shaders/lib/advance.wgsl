@@ -9,20 +9,20 @@
 const PATH_ENDS: u32 = 0xffffffffu;
 
 /// Queues the ray that leaves `point`, the vertex at `depth`, with what it carries; returns its slot.
-fn send_on(path: u32, depth: u32, point: SurfacePoint, departure: Departure, throughput: vec3f) -> u32 {
-    let next_throughput = throughput * departure.weight;
-    if !departure.goes_on || !any(next_throughput != vec3f(0.0)) {
+fn enqueue(path: u32, depth: u32, point: SurfacePoint, bounce: Bounce, throughput: vec3f) -> u32 {
+    let next_throughput = throughput * bounce.weight;
+    if !bounce.goes_on || !any(next_throughput != vec3f(0.0)) {
         return PATH_ENDS;
     }
     let slot = atomicAdd(&counts.paths_out, 1u);
     paths_out[slot] = PathRay(
-        ray_origin(point, departure.direction),
+        ray_origin(point, bounce.direction),
         path,
-        departure.direction,
-        departure.pdf_solid,
+        bounce.direction,
+        bounce.pdf_solid,
         next_throughput,
-        (depth + 1u) | (medium_towards(point, departure.direction) << 16u),
+        (depth + 1u) | (medium_towards(point, bounce.direction) << 16u),
     );
-    sub_paths_out[slot] = departure.next;
+    sub_paths_out[slot] = bounce.next;
     return slot;
 }

@@ -8,7 +8,7 @@ struct Connection {
     light: vec3f,
     /// Share of this strategy.
     weight: f32,
-    /// For those who learn from it. The BSDF at the eye's end; at the light's, absorption between included. Geometry.
+    /// For training. The BSDF at the eye's end; at the light's, absorption between included. Geometry.
     f_eye: vec3f,
     f_light: vec3f,
     geometry: f32,
@@ -20,10 +20,12 @@ struct Connection {
 }
 
 /// Connects an eye vertex that is no delta vertex.
-fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
-    let kind = kind_of(vertex);
+fn connect(
+    eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex,
+) -> Connection {
+    let kind = kind_of(light_vertex);
     var connection: Connection;
-    connection.link = link_to(eye_point, vertex, kind);
+    connection.link = link_to(eye_point, light_vertex, kind);
     connection.weight = 1.0;
     let link = connection.link;
     if link.to_light == 0.0 {
@@ -31,25 +33,25 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
     }
     // The light's end: emission here, scattering below.
     var f_light = vec3f(1.0);
-    var light_step = vertex.ratio / vertex.pdf_area;
+    var light_step = light_vertex.ratio / light_vertex.pdf_area;
     var pdf_eye = 0.0;
     if kind != 0u {
-        let emission = emitted(vertex, kind, link.light_point, -link.direction);
+        let emission = emitted(light_vertex, kind, link.light_point, -link.direction);
         f_light = vec3f(emission.x);
         pdf_eye = emission.y * link.to_eye;
     }
     var eye_step = 0.0;
     var f_eye: vec3f;
-    let lit = any(vertex.weight * f_light > vec3f(0.0));
+    let lit = any(light_vertex.weight * f_light > vec3f(0.0));
     // First the eye's end, then the light's: one call site for the whole BSDF.
     for (var turn = 0u; turn < select(1u, 2u, kind == 0u) && lit; turn++) {
         let at_eye = turn == 0u;
         var point = link.light_point;
-        var world_from = vertex.world_from;
+        var world_from = light_vertex.world_from;
         var world_to = -link.direction;
         if at_eye {
             point = eye_point;
-            world_from = arrival.world_from;
+            world_from = eye_vertex.world_from;
             world_to = link.direction;
         }
         let surface = point_surface(point);
@@ -58,21 +60,17 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
         if at_eye {
             f_eye = value.f;
             connection.pdf_light = value.pdf_solid * survives * link.to_light;
-            eye_step = arrival_step(arrival, value.pdf_back_solid * survives, false);
-            if !any((vertex.weight > vec3f(0.0)) & (f_eye > vec3f(0.0))) {
+            eye_step = vertex_step(eye_vertex, value.pdf_back_solid * survives, false);
+            if !any((light_vertex.weight > vec3f(0.0)) & (f_eye > vec3f(0.0))) {
                 // Nothing to do at the light's end.
                 break;
             }
         } else {
             f_light = value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
-            connection.pdf_back = value.pdf_back_solid * survives * vertex.to_previous;
-#if subspace_directions
-            let edge = light_edge(point, world_to, vertex.edge, vertex.depth_kind >> 20u);
-#else
-            let edge = vertex.edge;
-#endif
-            light_step = mis_step(vertex.ratio, connection.pdf_back, edge, vertex.pdf_area);
+            connection.pdf_back = value.pdf_back_solid * survives * light_vertex.to_previous;
+            let edge = cached_edge(light_vertex, point, world_to);
+            light_step = mis_step(light_vertex.ratio, connection.pdf_back, edge, light_vertex.pdf_area);
         }
     }
     var medium = medium_towards(eye_point, link.direction);
@@ -80,21 +78,17 @@ fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex:
         medium = medium_between(medium, link.light_point, -link.direction);
     }
     f_light *= transmittance(medium, link.distance);
-    let light = vertex.weight * f_light;
+    let light = light_vertex.weight * f_light;
     let geometry = abs(dot(link.direction, eye_point.world_ng)) * link.to_light;
     connection.light = light * f_eye * geometry;
     connection.f_eye = f_eye;
     connection.f_light = f_light;
     connection.geometry = geometry;
-#if subspaces
-    let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * magnitude(vertex.weight);
-    let share = departing_share(eye_point, arrival, shares, link.direction, f_eye, false);
-    let nearer = magnitude(light * geometry * share.rgb);
-    connection.density = edge + nearer + eye_step * pdf_eye + light_step * connection.pdf_light;
-    connection.weight = edge / connection.density;
-#else
-    connection.weight =
-        connection_weight(batch.connection_density, eye_step, pdf_eye, light_step, connection.pdf_light);
-#endif
+    let weight = weigh_connection(
+        eye_point, eye_vertex, partials, light_vertex, link.direction, f_eye, light * geometry,
+        eye_step, pdf_eye, light_step, connection.pdf_light,
+    );
+    connection.weight = weight.weight;
+    connection.density = weight.density;
     return connection;
 }

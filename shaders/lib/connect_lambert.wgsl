@@ -1,11 +1,12 @@
 #import lib/lambert
 
-// The connection of an eye vertex z and a vertex y of the light cache where all surfaces scatter by Lambert's law alone:
-// lib/connect without what does not depend on the connection's direction.
+// The connection of an eye vertex z and a vertex y of the light cache where all surfaces scatter by Lambert's law
+// alone: lib/connect without what does not depend on the connection's direction.
 //
 // The density of scattering back to where a sub-path came from is that of the direction back alone, so that the
 // `mis_step` of both ends is known on arrival; y has it stored, and its BSDF is in its weight but for the side of the
-// surface. In the terms of lib/mis and lib/subspaces, E the `departing_share` of z, the other strategies' densities are
+// surface. In the terms of lib/mis and lib/weights_subspaces, E the colour A of z's `eye_mis_of_bounce`, the densities of
+// the other strategies are
 //
 //   nearer to the light   step(y) pE(y|z)
 //   nearer to the eye     |w_y f_y G(y, z) E(z)|, and step(z) pL(z|y)
@@ -22,44 +23,42 @@ struct Connection {
 }
 
 /// Of a light vertex: share of its weight that leaves along `direction`, and the density of that direction.
-fn leaving(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f) -> vec2f {
+fn leaving(light_vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f) -> vec2f {
     if kind != 0u {
-        return emitted(vertex, kind, point, direction);
+        return emitted(light_vertex, kind, point, direction);
     }
     let cos_to = cosines(point, point_normal(point), direction);
-    let lit_side = (cos_to.geometric > 0.0) == ((vertex.depth_kind & LIT_FROM_FRONT) != 0u);
-    return select(vec2f(0.0), vec2f(1.0, vertex.pdf_scale * abs(cos_to.shading)), is_open(cos_to) && lit_side);
+    let lit_side = (cos_to.geometric > 0.0) == ((light_vertex.depth_kind & LIT_FROM_FRONT) != 0u);
+    return select(vec2f(0.0), vec2f(1.0, light_vertex.pdf_scale * abs(cos_to.shading)), is_open(cos_to) && lit_side);
 }
 
-fn connect(eye_point: SurfacePoint, arrival: Arrival, shares: EyeShares, vertex: LightVertex) -> Connection {
-    let kind = kind_of(vertex);
+fn connect(
+    eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex,
+) -> Connection {
+    let kind = kind_of(light_vertex);
     var connection: Connection;
-    connection.link = link_to(eye_point, vertex, kind);
+    connection.link = link_to(eye_point, light_vertex, kind);
     connection.weight = 1.0;
     let link = connection.link;
     let normal = point_normal(eye_point);
-    let cos_from = cosines(eye_point, normal, arrival.world_from);
+    let cos_from = cosines(eye_point, normal, eye_vertex.world_from);
     let cos_to = cosines(eye_point, normal, link.direction);
     let reflects = is_open(cos_from) && is_open(cos_to) && (cos_from.geometric > 0.0) == (cos_to.geometric > 0.0);
-    let leaves = leaving(vertex, kind, link.light_point, -link.direction);
+    let leaves = leaving(light_vertex, kind, link.light_point, -link.direction);
     if link.to_light == 0.0 || leaves.x == 0.0 || !reflects {
         return connection;
     }
     let surface = point_surface(eye_point);
     let f = lambert_f(surface, cos_to);
     let pdf_scale = lambert_pdf_scale(surface);
-    let eye_step = arrival_step(arrival, pdf_scale * abs(cos_from.shading), false);
+    let eye_step = vertex_step(eye_vertex, pdf_scale * abs(cos_from.shading), false);
     let pdf_light = pdf_scale * abs(cos_to.shading) * link.to_light;
     let pdf_eye = leaves.y * link.to_eye;
-    let arriving_light = vertex.weight * (leaves.x * abs(cos_to.geometric) * link.to_light);
+    let arriving_light = light_vertex.weight * (leaves.x * abs(cos_to.geometric) * link.to_light);
     connection.light = arriving_light * f;
-#if subspaces
-    let edge = connection_share(shares.labels.x, vertex.number_label >> 16u) * vertex.size;
-    let share = departing_share(eye_point, arrival, shares, link.direction, f, false);
-    let nearer = magnitude(arriving_light * share.rgb);
-    connection.weight = edge / (edge + nearer + eye_step * pdf_eye + vertex.step * pdf_light);
-#else
-    connection.weight = connection_weight(batch.connection_density, eye_step, pdf_eye, vertex.step, pdf_light);
-#endif
+    connection.weight = weigh_connection(
+        eye_point, eye_vertex, partials, light_vertex, link.direction, f, arriving_light,
+        eye_step, pdf_eye, light_vertex.step, pdf_light,
+    ).weight;
     return connection;
 }

@@ -15,7 +15,7 @@
 struct SurfacePoint {
     position: vec3f,
     /// Length to step off the surface along `world_ng` before a ray starts: 2^-20 of the largest vertex coordinate,
-    /// which is more than the rounding of `position` at every scale (numerics.md, N-07).
+    /// which is more than the rounding of `position` at every scale.
     offset: f32,
     /// Unit geometric normal of the front side.
     world_ng: vec3f,

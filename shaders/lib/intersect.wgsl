@@ -31,7 +31,7 @@ fn shear_ray(origin: vec3f, direction: vec3f) -> ShearedRay {
 /// Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, JCGT 2(1), 2013, with one change: the vertices
 /// come sorted (src/accel.rs), so the two triangles at an edge compute its edge function from the same numbers
 /// in the same order, and get the same value even where a driver contracts to fused operations. That is what
-/// their double precision is for; here it is not needed (numerics.md, fact 3).
+/// their double precision is for; here it is not needed.
 ///
 /// A distance within its own rounding of zero is no hit: on slivers that rounding exceeds the step by which rays
 /// leave their surface (N-07). pbrt-v4 has the same test with bounds of the worst case (section 6.8, Avoiding

@@ -1,5 +1,6 @@
 #import bind/light_cache
 #import lib/subpath
+#import lib/weights
 #if lambert_vertices
 #import lib/lambert
 #endif
@@ -10,9 +11,9 @@
 #if lambert_vertices
 /// A point on a surface where light of `weight` arrives.
 fn surface_vertex(
-    point: SurfacePoint, surface: Surface, arrival: Arrival, weight: vec3f, depth: u32, place: vec2u,
+    point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, place: vec2u,
 ) -> LightVertex {
-    let cos_from = cosines(point, point_normal(point), arrival.world_from);
+    let cos_from = cosines(point, point_normal(point), vertex.world_from);
     let pdf_scale = lambert_pdf_scale(surface);
     return LightVertex(
         select(vec3f(0.0), weight * lambert_f(surface, cos_from), is_open(cos_from)),
@@ -20,7 +21,7 @@ fn surface_vertex(
         point.b.y,
         point.b.z,
         magnitude(weight),
-        arrival_step(arrival, pdf_scale * abs(cos_from.shading), false),
+        vertex_step(vertex, pdf_scale * abs(cos_from.shading), false),
         pdf_scale,
         depth | select(0u, LIT_FROM_FRONT, cos_from.geometric > 0.0),
         place.x,
@@ -30,19 +31,19 @@ fn surface_vertex(
 #else
 /// A point on a surface where light of `weight` arrives.
 fn surface_vertex(
-    point: SurfacePoint, surface: Surface, arrival: Arrival, weight: vec3f, depth: u32, place: vec2u,
+    point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, place: vec2u,
 ) -> LightVertex {
     return LightVertex(
         weight,
         point.triangle,
-        arrival.world_from,
+        vertex.world_from,
         depth,
         point.b.y,
         point.b.z,
-        arrival.pdf_area,
-        arrival.ratio,
-        arrival.to_previous,
-        arrival.edge,
+        vertex.pdf_area,
+        vertex.ratio,
+        vertex.to_previous,
+        vertex.edge,
         place.x,
         place.y,
     );
@@ -64,4 +65,42 @@ fn source_vertex(
         weight, index, world_to_light, depth_kind, at.x, at.y, pdf_light, ratio, 1.0, 0.0, place.x, place.y,
     );
 #endif
+}
+
+#if learns
+// Training needs the whole sub-path: delta vertices are kept too, without weight, so that none is ever drawn.
+
+fn is_kept(is_delta: bool) -> bool {
+    return true;
+}
+
+fn keep_pdf_back(slot: u32, mis: LightMis) {
+    light_backs[slot] = mis.pdf_back;
+}
+#else
+/// Whether a vertex goes to the cache: no connection can end at a delta vertex.
+fn is_kept(is_delta: bool) -> bool {
+    return !is_delta;
+}
+
+/// Only training looks at it.
+fn keep_pdf_back(slot: u32, mis: LightMis) {}
+#endif
+
+/// Puts a point on a surface into the cache, where light of `weight` arrives on a ray with `mis`.
+fn cache_surface_vertex(
+    path: u32, point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, label: u32,
+    mis: LightMis,
+) {
+    let light_path = batch.first_light_path + path;
+    let number = light_path_lengths[light_path];
+    light_path_lengths[light_path] = number + 1u;
+    atomicMax(&counts.longest_light_path, number + 1u);
+    let slot = atomicAdd(&counts.light_vertices, 1u);
+    if slot < arrayLength(&light_vertices) {
+        let place = vec2u(light_path, number | (label << 16u));
+        light_vertices[slot] =
+            cached_with_edge(surface_vertex(point, surface, vertex, weight, depth, place), mis);
+        keep_pdf_back(slot, mis);
+    }
 }

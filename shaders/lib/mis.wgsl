@@ -1,5 +1,5 @@
 // The balance heuristic over all strategies that could have made a path, by ratios: no product of densities is
-// ever formed, so path length and scale do not matter (numerics.md, N-11).
+// ever formed, so path length and scale do not matter.
 //
 // A path x_0 (camera) .. x_n (light) is made by the strategy of t eye vertices with density P_t:
 //
@@ -30,6 +30,12 @@ fn mis_step(ratio: f32, pdf_back: f32, edge: f32, pdf: f32) -> f32 {
 /// the other end of the connection.
 fn connection_weight(edge: f32, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32) -> f32 {
     return edge / (edge + eye_step * pdf_eye + light_step * pdf_light);
+}
+
+/// The weight of a connection, and the density of all strategies that make the path, over those of its two sub-paths.
+struct ConnectionWeight {
+    weight: f32,
+    density: f32,
 }
 
 /// Weight of an eye path that ends on a light: `pdf_light` and `pdf_eye`: densities of the last vertex from both

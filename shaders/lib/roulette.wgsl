@@ -1,7 +1,7 @@
 #import lib/surface
 
 // Russian roulette as a function of the vertex alone: the density of a path, roulette included, can then be told
-// for sub-paths that nobody traced, which every bidirectional weight needs.
+// for sub-paths that were not traced, which every bidirectional weight needs.
 
 /// Least probability to go on.
 override ROULETTE_CAP: f32 = 0.3;

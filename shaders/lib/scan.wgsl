@@ -12,7 +12,7 @@ var<workgroup> scan_sums: array<u32, SCAN_THREADS>;
 /// Sum of the values of all invocations up to this one, its own included. All SCAN_THREADS invocations of the workgroup
 /// call it. Hillis and Steele, Data Parallel Algorithms, 1986.
 fn workgroup_scan(thread: u32, value: u32) -> u32 {
-    // Nobody still reads the last sums.
+    // All have read the last sums.
     workgroupBarrier();
     scan_sums[thread] = value;
     workgroupBarrier();

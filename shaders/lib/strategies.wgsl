@@ -11,13 +11,11 @@
 #import lib/medium
 #import lib/mis
 #import lib/subpath
-#if subspaces
-#import lib/subspaces
-#endif
+#import lib/weights
 
 // The three ways to finish a path, each with its weight: an eye vertex and a vertex of the light cache are connected
-// (`connect` of lib/connect, or of lib/connect_lambert), an eye path hits a light, a light vertex is connected to the
-// camera.
+// (`connect` of lib/connect, or of lib/connect_lambert), an eye path hits a light (lib/weights), a light vertex is
+// connected to the camera.
 
 /// The edge between an eye vertex and a light vertex.
 struct Link {
@@ -107,68 +105,6 @@ fn link_to(point: SurfacePoint, vertex: LightVertex, kind: u32) -> Link {
     return link;
 }
 
-/// An eye vertex's part in weights by subspaces: its `shares_in`, what the last segment absorbs included, and
-/// `eye_labels`.
-struct EyeShares {
-    share: vec4f,
-    labels: vec2u,
-}
-
-#if subspaces
-/// `shares_in` of the ray that leaves an eye vertex along `direction`, for which the BSDF is `f`.
-fn departing_share(
-    point: SurfacePoint, arrival: Arrival, shares: EyeShares, direction: vec3f, f: vec3f, is_delta: bool,
-) -> vec4f {
-    let label = eye_light_label(point, direction, shares.labels.y);
-    let before = select(eye_share(arrival.flags, shares.share, label), 0.0, is_delta);
-    let cos_from = abs(dot(arrival.world_from, point.world_ng));
-    let continued = shares.share.rgb * f * (cos_from * arrival.to_previous) + before;
-    return vec4f(continued / arrival.pdf_area, bitcast<f32>(shares.labels.x));
-}
-#endif
-
-#if area_lights
-/// Weight of an eye path that met an emitting triangle; `light`: its index in `lights`.
-fn emitter_weight(point: SurfacePoint, arrival: Arrival, shares: EyeShares, light: u32) -> f32 {
-    if (arrival.flags & SUBPATH_CAMERA) != 0u {
-        return 1.0;
-    }
-    let pdf_previous = emission_pdf_solid(point, arrival.world_from) * arrival.to_previous;
-    let pdf_light = lights[light].pdf_select / point.area;
-#if subspaces
-    let emission = point_emission(point, arrival.world_from) * point_presence(point);
-    let geometry = abs(dot(arrival.world_from, point.world_ng)) * arrival.to_previous;
-    let edge = eye_share(arrival.flags, shares.share, source_label(light, point.b.yz));
-    let others = edge * magnitude(emission) + magnitude(shares.share.rgb * emission) * geometry
-        + arrival.ratio * pdf_previous * pdf_light;
-    return 1.0 / (1.0 + others / arrival.pdf_area);
-#else
-    return hit_weight(arrival.edge, arrival.ratio, pdf_previous, pdf_light, arrival.pdf_area);
-#endif
-}
-#endif
-
-#if environment
-/// Weight of an eye path that left the scene along `direction`, which has the density `pdf_solid`.
-fn environment_weight(previous: SubPath, shares: EyeShares, direction: vec3f, pdf_solid: f32) -> f32 {
-    if (previous.flags & SUBPATH_CAMERA) != 0u {
-        return 1.0;
-    }
-    let pdf_previous = abs(dot(direction, previous.normal)) * disk_pdf_area();
-    let pdf_light = environment_pdf_solid(direction);
-#if subspaces
-    let radiance = environment_radiance(direction);
-    let cosine = abs(dot(direction, previous.normal));
-    let edge = eye_share(previous.flags, shares.share, source_label(ENVIRONMENT_LIGHT, sphere_to_square(direction)));
-    let others = edge * magnitude(radiance) + magnitude(shares.share.rgb * radiance) * cosine
-        + previous.ratio * pdf_previous * pdf_light;
-    return 1.0 / (1.0 + others / pdf_solid);
-#else
-    return hit_weight(edge_density(previous.flags), previous.ratio, pdf_previous, pdf_light, pdf_solid);
-#endif
-}
-#endif
-
 /// A connection of a light path's vertex to the camera, but for visibility and for what the path carries; `weight` is
 /// the share of this strategy.
 struct CameraConnection {
@@ -176,11 +112,11 @@ struct CameraConnection {
     weight: f32,
 }
 
-fn connect_camera(point: SurfacePoint, arrival: Arrival, view: CameraView) -> CameraConnection {
+fn connect_camera(point: SurfacePoint, vertex: PathVertex, view: CameraView) -> CameraConnection {
     let surface = point_surface(point);
-    let value = shading_evaluate(surface, point_frame(point), arrival.world_from, view.direction, false);
+    let value = shading_evaluate(surface, point_frame(point), vertex.world_from, view.direction, false);
     let pdf_eye = abs(dot(view.direction, point.world_ng)) * view.pdf_area;
-    let step = arrival_step(arrival, value.pdf_back_solid * survival(surface), false);
+    let step = vertex_step(vertex, value.pdf_back_solid * survival(surface), false);
     return CameraConnection(
         value.f * (pdf_eye / f32(batch.light_path_count)),
         connection_weight(batch.camera_paths, 0.0, 0.0, step, pdf_eye),

@@ -6,12 +6,12 @@
 #import lib/roulette
 #import lib/shading
 
-// One vertex of a sub-path, the same from the eye and from the light: what is known on arrival, and the step to
-// the next ray. Densities per area use the stored positions of both ends: the offset of a ray's origin turns its
+// One vertex of a sub-path, the same from the eye and from the light: what is known of it before the next direction is,
+// and the step to the next ray. Densities per area use the stored positions of both ends: the offset of a ray's origin turns its
 // direction a little, and weights would miss one.
 
 /// A vertex as seen from its own sub-path.
-struct Arrival {
+struct PathVertex {
     /// Unit direction to the vertex before.
     world_from: vec3f,
     /// Density of this vertex per area, roulette included.
@@ -24,18 +24,18 @@ struct Arrival {
     flags: u32,
 }
 
-/// `direction` and `pdf_solid` of the ray that came from `previous`.
-fn arrive(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> Arrival {
+/// The vertex that a ray has just reached, which came from `previous` with `direction` and `pdf_solid`.
+fn path_vertex(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> PathVertex {
     if (previous.flags & SUBPATH_INFINITE) != 0u {
         let pdf_area = pdf_solid * abs(dot(direction, point.world_ng));
-        return Arrival(-direction, pdf_area, 1.0, previous.ratio, edge_density(previous.flags), previous.flags);
+        return PathVertex(-direction, pdf_area, 1.0, previous.ratio, edge_density(previous.flags), previous.flags);
     }
     let span = previous.position - point.position;
     let inv_distance_sq = 1.0 / dot(span, span);
     let world_from = span * sqrt(inv_distance_sq);
     let has_normal = any(previous.normal != vec3f(0.0));
     let cos_previous = select(1.0, abs(dot(world_from, previous.normal)), has_normal);
-    return Arrival(
+    return PathVertex(
         world_from,
         pdf_solid * abs(dot(world_from, point.world_ng)) * inv_distance_sq,
         cos_previous * inv_distance_sq,
@@ -46,7 +46,7 @@ fn arrive(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPa
 }
 
 /// c of lib/mis between the vertex that `flags` describes and the one after it, if that is no delta vertex. (Of
-/// connections by subspaces lib/subspaces knows more.)
+/// connections by subspaces lib/weights_subspaces knows more.)
 fn edge_density(flags: u32) -> f32 {
     if (flags & SUBPATH_DELTA) != 0u {
         return 0.0;
@@ -55,13 +55,13 @@ fn edge_density(flags: u32) -> f32 {
 }
 
 /// `mis_step` at a vertex for a density towards the vertex before, per solid angle, roulette included.
-fn arrival_step(arrival: Arrival, pdf_back_solid: f32, is_delta: bool) -> f32 {
-    let edge = select(arrival.edge, 0.0, is_delta);
-    return mis_step(arrival.ratio, pdf_back_solid * arrival.to_previous, edge, arrival.pdf_area);
+fn vertex_step(vertex: PathVertex, pdf_back_solid: f32, is_delta: bool) -> f32 {
+    let edge = select(vertex.edge, 0.0, is_delta);
+    return mis_step(vertex.ratio, pdf_back_solid * vertex.to_previous, edge, vertex.pdf_area);
 }
 
 /// Whether and how a sub-path goes on.
-struct Departure {
+struct Bounce {
     goes_on: bool,
     direction: vec3f,
     /// Roulette included.
@@ -74,59 +74,59 @@ struct Departure {
 }
 
 /// The step over a vertex along `direction`, once it is chosen, with its densities in both directions.
-fn depart(
-    point: SurfacePoint, arrival: Arrival, is_delta: bool, pdf_back_solid: f32,
+fn next_sub_path(
+    point: SurfacePoint, vertex: PathVertex, is_delta: bool, pdf_back_solid: f32,
 ) -> SubPath {
     return SubPath(
         point.position,
-        arrival_step(arrival, pdf_back_solid, is_delta),
+        vertex_step(vertex, pdf_back_solid, is_delta),
         point.world_ng,
         select(0u, SUBPATH_DELTA, is_delta),
     );
 }
 
 /// Samples the next ray. `u.w` decides the roulette.
-fn sample_departure(
-    point: SurfacePoint, surface: Surface, frame: ShadingFrame, arrival: Arrival, u: vec4f, from_eye: bool,
-) -> Departure {
-    var departure: Departure;
+fn sample_bounce(
+    point: SurfacePoint, surface: Surface, frame: ShadingFrame, vertex: PathVertex, u: vec4f, from_eye: bool,
+) -> Bounce {
+    var bounce: Bounce;
     let survives = survival(surface);
     if u.w >= survives {
-        return departure;
+        return bounce;
     }
-    let sample = shading_sample_direction(surface, frame, arrival.world_from, u.xyz, from_eye);
+    let sample = shading_sample_direction(surface, frame, vertex.world_from, u.xyz, from_eye);
     if sample.pdf_solid == 0.0 {
-        return departure;
+        return bounce;
     }
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     var weight = sample.weight;
     var pdf_solid = sample.pdf_solid;
     var pdf_back_solid = 0.0;
     if is_delta {
-        pdf_back_solid = sample.pdf_solid * delta_measure(surface, frame, arrival.world_from);
+        pdf_back_solid = sample.pdf_solid * delta_measure(surface, frame, vertex.world_from);
         pdf_solid *= delta_measure(surface, frame, sample.w);
     } else {
-        let value = shading_evaluate(surface, frame, arrival.world_from, sample.w, from_eye);
+        let value = shading_evaluate(surface, frame, vertex.world_from, sample.w, from_eye);
         if value.pdf_solid == 0.0 {
-            return departure;
+            return bounce;
         }
         weight = value.f * (abs(dot(sample.w, point.world_ng)) / value.pdf_solid);
         pdf_solid = value.pdf_solid;
         pdf_back_solid = value.pdf_back_solid;
     }
-    departure.goes_on = any(weight > vec3f(0.0));
-    departure.direction = sample.w;
-    departure.pdf_solid = pdf_solid * survives;
-    departure.weight = weight / survives;
-    departure.pdf_back_solid = pdf_back_solid * survives;
-    departure.next = depart(point, arrival, is_delta, departure.pdf_back_solid);
-    return departure;
+    bounce.goes_on = any(weight > vec3f(0.0));
+    bounce.direction = sample.w;
+    bounce.pdf_solid = pdf_solid * survives;
+    bounce.weight = weight / survives;
+    bounce.pdf_back_solid = pdf_back_solid * survives;
+    bounce.next = next_sub_path(point, vertex, is_delta, bounce.pdf_back_solid);
+    return bounce;
 }
 
 /// The BSDF on the way on; 0 where the path ends. What was sampled is f |cos| / density; roulette is in both.
-fn departure_f(point: SurfacePoint, departure: Departure) -> vec3f {
-    if !departure.goes_on {
+fn bounce_f(point: SurfacePoint, bounce: Bounce) -> vec3f {
+    if !bounce.goes_on {
         return vec3f(0.0);
     }
-    return departure.weight * (departure.pdf_solid / abs(dot(departure.direction, point.world_ng)));
+    return bounce.weight * (bounce.pdf_solid / abs(dot(bounce.direction, point.world_ng)));
 }

@@ -1,11 +1,12 @@
 #import bind/queue
 #import bind/training
+#import lib/color
 #import lib/subpath
 #import lib/subspaces
 
 // Writing down the paths that the host learns from.
 
-/// Writes an end; the slot is the cell of `radiance` that its visibility goes to.
+/// Writes an end; the result is the slot of `radiance` that its visibility goes to.
 fn write_end(end: TrainingEnd) -> u32 {
     let slot = atomicAdd(&training_counts.ends, 1u);
     if slot < arrayLength(&training_ends) {
@@ -37,19 +38,20 @@ fn write_hit(
     }
 }
 
-/// A vertex of an eye path; `f`: the BSDF on the way to the next, 0 where the path ends, times what the way here lets pass.
+/// A vertex of an eye path; `f`: the BSDF on the way to the next, 0 where the path ends, times what the way here lets
+/// pass.
 fn write_vertex(
-    point: SurfacePoint, arrival: Arrival, path: u32, depth: u32, is_delta: bool, f: vec3f, geometry: f32,
+    point: SurfacePoint, vertex: PathVertex, path: u32, depth: u32, is_delta: bool, f: vec3f, geometry: f32,
 ) {
     let slot = atomicAdd(&training_counts.vertices, 1u);
     if slot < arrayLength(&training_vertices) {
         training_vertices[slot] = TrainingVertex(
             point.position,
             path,
-            label_normal(point, arrival.world_from),
+            label_normal(point, vertex.world_from),
             depth | select(0u, 1u << 16u, is_delta),
-            arrival.world_from,
-            arrival.pdf_area,
+            vertex.world_from,
+            vertex.pdf_area,
             f,
             geometry,
         );

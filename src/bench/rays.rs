@@ -181,7 +181,7 @@ impl RayBench {
             .enumerate()
             .map(|(index, ray)| ShadowRay {
                 origin: ray.origin,
-                cell: index as u32,
+                slot: index as u32,
                 direction: ray.direction,
                 t_max: ray.t_max,
                 contribution: [1.0; 3],

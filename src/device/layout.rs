@@ -127,8 +127,8 @@ device_struct! {
     /// A connection waiting for its visibility test.
     pub struct ShadowRay {
         pub origin: [f32; 3],
-        /// A cell of `radiance`, or a pixel of `splats`.
-        pub cell: u32,
+        /// A connection slot of `radiance`, or a pixel of `splats`.
+        pub slot: u32,
         pub direction: [f32; 3],
         pub t_max: f32,
         pub contribution: [f32; 3],
@@ -162,6 +162,29 @@ device_struct! {
         /// Geometric normal of the vertex; zero for one without.
         pub normal: [f32; 3],
         pub flags: u32,
+    }
+}
+
+device_struct! {
+    /// What a ray that leaves an eye vertex carries for weights by subspaces.
+    pub struct EyeMis {
+        /// The colour A of `lib/weights_subspaces`.
+        pub a: [f32; 3],
+        /// Eye subspace of the vertex.
+        pub label: u32,
+    }
+}
+
+device_struct! {
+    /// The same for a ray that leaves a light vertex.
+    pub struct LightMis {
+        /// |w| / Q of the vertex; 0 for a delta vertex.
+        pub w_over_q: f32,
+        /// Density per area of the vertex before it, as the eye's side would sample it.
+        pub pdf_back: f32,
+        pub pad: u32,
+        /// Light subspace of the vertex.
+        pub label: u32,
     }
 }
 

@@ -16,7 +16,7 @@ pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
     }
     // Without a light there is nothing to learn, and no subspaces.
     let mut forms = vec![base];
-    if plan.weights == Weights::Subspaces {
+    if plan.weights == Weights::Subspaces && scene.contains(Feature::Lights) {
         forms.push(base.with(&[Feature::Subspaces]));
         forms.push(base.with(&[Feature::SubspaceDirections]));
     }

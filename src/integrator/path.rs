@@ -25,7 +25,7 @@ impl PathIntegrator {
         camera: &Camera,
         settings: Settings,
     ) -> Result<Self, DeviceError> {
-        let form = Form { cells: 1, ..Form::default() };
+        let form = Form { connections: 1, ..Form::default() };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let kernel = wavefront.compile(context, "path_shade", &[])?;
         let shade = wavefront.bind_pair(context, &kernel)?;

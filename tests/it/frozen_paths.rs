@@ -165,7 +165,7 @@ impl<'a> Bench<'a> {
         let mut connection_density = CONNECTION_DENSITY;
         if let Some((_, connections)) = subspaces {
             features.insert(Feature::Subspaces);
-            constants.push(("CELLS", f64::from(connections)));
+            constants.push(("CONNECTIONS_IN_FLIGHT", f64::from(connections)));
             connection_density = 0.0;
         }
         let stitched = stitch_text("frozen paths", KERNEL, features).expect("directives");

@@ -35,33 +35,33 @@ fn is_delta(point: SurfacePoint) -> bool {
 
 /// Where a ray starts is off the surface by a little, so its direction is too, most of all on short edges: weights must
 /// follow from the positions alone.
-fn arrive_turned(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> Arrival {
+fn turned_vertex(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> PathVertex {
     var turned = direction;
     if (previous.flags & SUBPATH_INFINITE) == 0u {
         turned = normalize(direction + 0x1p-7 * point.world_ng.yzx);
     }
-    return arrive(point, turned, pdf_solid, previous);
+    return path_vertex(point, turned, pdf_solid, previous);
 }
 
-fn step_along(point: SurfacePoint, arrival: Arrival, direction: vec3f, from_eye: bool) -> Step {
+fn step_along(point: SurfacePoint, vertex: PathVertex, direction: vec3f, from_eye: bool) -> Step {
     let surface = point_surface(point);
     let frame = point_frame(point);
     let survives = survival(surface);
     if is_delta(point) {
-        let reflects = (dot(direction, point.world_ng) > 0.0) == (dot(arrival.world_from, point.world_ng) > 0.0);
+        let reflects = (dot(direction, point.world_ng) > 0.0) == (dot(vertex.world_from, point.world_ng) > 0.0);
         let u = vec3f(0.5, 0.5, select(0.99999994, 0.0, reflects));
-        let sample = shading_sample_direction(surface, frame, arrival.world_from, u, from_eye);
+        let sample = shading_sample_direction(surface, frame, vertex.world_from, u, from_eye);
         let event = sample.pdf_solid * survives;
         return Step(
             event * delta_measure(surface, frame, direction),
-            depart(point, arrival, true, event * delta_measure(surface, frame, arrival.world_from)),
+            next_sub_path(point, vertex, true, event * delta_measure(surface, frame, vertex.world_from)),
             sample.weight / survives,
         );
     }
-    let value = shading_evaluate(surface, frame, arrival.world_from, direction, from_eye);
+    let value = shading_evaluate(surface, frame, vertex.world_from, direction, from_eye);
     return Step(
         value.pdf_solid * survives,
-        depart(point, arrival, false, value.pdf_back_solid * survives),
+        next_sub_path(point, vertex, false, value.pdf_back_solid * survives),
         value.f * (abs(dot(direction, point.world_ng)) / value.pdf_solid / survives),
     );
 }
@@ -151,8 +151,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var label = 0u;
 #if subspaces
     label = source_label(light, at);
-    var share = light_share(weight, label);
 #endif
+    var mis = light_mis_of_bounce(weight, 0.0, false, label);
     let place = vec2u(0u, label << 16u);
     light_side[n] = source_vertex(kind, index, at, towards_light, weight, pdf_light, ratio, place);
     var medium = 0u;
@@ -162,38 +162,30 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let point = point_at(path, i);
         points[path * 16u + 2u * (i - 1u)] = vec4f(point.position, 0.0);
         points[path * 16u + 2u * (i - 1u) + 1u] = vec4f(point.world_ng, 0.0);
-        var arrival = arrive_turned(point, direction, pdf_solid, previous);
+        var vertex = turned_vertex(point, direction, pdf_solid, previous);
         let crossed = select(distance(point.position, previous.position), 0.0, infinite && i == n - 1u);
-        throughput *= transmittance(medium_between(medium, point, arrival.world_from), crossed);
-#if subspaces
-        let column = bitcast<u32>(share.w);
+        throughput *= transmittance(medium_between(medium, point, vertex.world_from), crossed);
         // Before x_1 the camera, which only t = 1 sees.
         var to_camera = camera_view(point.position).direction;
         if i > 1u {
             to_camera = -direction_from(path, i - 1u);
         }
-        arrival.edge = light_edge(point, to_camera, share.x, column);
-        label = vertex_label(TREE_LIGHT, point, arrival.world_from);
-#endif
+        vertex.edge = edge_towards(point, vertex, mis, to_camera);
+        label = light_subspace(point, vertex.world_from);
         let surface = point_surface(point);
-        light_side[i] = surface_vertex(point, surface, arrival, throughput, n - i, vec2u(0u, label << 16u));
-#if subspace_directions
-        light_side[i].edge = share.x;
-        light_side[i].depth_kind |= column << 20u;
-#endif
+        let cached = surface_vertex(point, surface, vertex, throughput, n - i, vec2u(0u, label << 16u));
+        light_side[i] = cached_with_edge(cached, mis);
         if i == 1u {
             if batch.camera_paths > 0.0 && !is_delta(point) {
-                weights[first + 1u] = connect_camera(point, arrival, camera_view(point.position)).weight;
+                weights[first + 1u] = connect_camera(point, vertex, camera_view(point.position)).weight;
             }
         } else {
             direction = -direction_from(path, i - 1u);
-            let step = step_along(point, arrival, direction, false);
+            let step = step_along(point, vertex, direction, false);
             pdf_solid = step.pdf_solid;
             previous = step.next;
             medium = medium_towards(point, direction);
-#if subspaces
-            share = light_share(select(throughput, vec3f(0.0), is_delta(point)), label);
-#endif
+            mis = light_mis_of_bounce(throughput, 0.0, is_delta(point), label);
             throughput *= step.weight;
         }
     }
@@ -205,18 +197,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     pdf_solid = camera_pdf(direction);
     previous = SubPath(camera.origin, 0.0, vec3f(0.0), SUBPATH_CAMERA);
-    var shares: EyeShares;
+    var partials: EyePartials;
     var medium_before = 0u;
     for (var i = 1u; i < n; i++) {
         let point = point_at(path, i);
-        let arrival = arrive_turned(point, direction, pdf_solid, previous);
-        let medium_here = medium_between(medium_before, point, arrival.world_from);
+        let vertex = turned_vertex(point, direction, pdf_solid, previous);
+        let medium_here = medium_between(medium_before, point, vertex.world_from);
         let through = transmittance(medium_here, distance(point.position, previous.position));
-        shares.share = vec4f(shares.share.rgb * through, shares.share.w);
+        partials = absorb(partials, through);
         medium_before = medium_towards(point, direction_from(path, i));
 #if subspaces
-        let world_from = arrival.world_from;
-        shares.labels =
+        let world_from = vertex.world_from;
+        partials.labels =
             vec2u(vertex_label(TREE_EYE, point, world_from), vertex_label(TREE_LIGHT, point, world_from));
 #endif
         if !is_delta(point) {
@@ -225,14 +217,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 connects = !is_delta(point_at(path, i + 1u));
             }
             if connects {
-                weights[first + i + 1u] = connect(point, arrival, shares, light_side[i + 1u]).weight;
+                weights[first + i + 1u] = connect(point, vertex, partials, light_side[i + 1u]).weight;
             }
         }
         direction = direction_from(path, i);
-        let step = step_along(point, arrival, direction, true);
+        let step = step_along(point, vertex, direction, true);
 #if subspaces
         let f = step.weight * (step.pdf_solid / abs(dot(direction, point.world_ng)));
-        shares.share = departing_share(point, arrival, shares, direction, f, is_delta(point));
+        partials.mis = eye_mis_of_bounce(point, vertex, partials, direction, f, is_delta(point));
 #endif
         pdf_solid = step.pdf_solid;
         previous = step.next;
@@ -240,16 +232,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if area_lights
     if is_triangle {
         let point = point_at(path, n);
-        let arrival = arrive_turned(point, direction, pdf_solid, previous);
-        let medium_here = medium_between(medium_before, point, arrival.world_from);
+        let vertex = turned_vertex(point, direction, pdf_solid, previous);
+        let medium_here = medium_between(medium_before, point, vertex.world_from);
         let through = transmittance(medium_here, distance(point.position, previous.position));
-        shares.share = vec4f(shares.share.rgb * through, shares.share.w);
-        weights[first + n + 1u] = emitter_weight(point, arrival, shares, light);
+        partials = absorb(partials, through);
+        weights[first + n + 1u] = emitter_weight(point, vertex, partials, light);
     }
 #endif
 #if environment
     if kind == LIGHT_ENVIRONMENT {
-        weights[first + n + 1u] = environment_weight(previous, shares, direction, pdf_solid);
+        weights[first + n + 1u] = environment_weight(previous, partials, direction, pdf_solid);
     }
 #endif
 }

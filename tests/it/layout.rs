@@ -29,6 +29,8 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     Hit,
     ShadowRay,
     SubPath,
+    EyeMis,
+    LightMis,
     LightVertex,
     LambertVertex,
     TrainingVertex,
@@ -110,7 +112,8 @@ fn structs_have_one_layout() {
             let mut layouter = Layouter::default();
             layouter.update(module.to_ctx()).expect("laid out by the validator already");
             for (_, ty) in module.types.iter().filter(|(_, ty)| ty.name.as_deref() == Some(name)) {
-                let TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+                // Where a method carries nothing, `lib/weights_ratio` has a number of the same name.
+                let TypeInner::Struct { members, span } = &ty.inner else { continue };
                 found += 1;
                 let of_shader: Vec<(&str, usize, usize)> = members
                     .iter()

@@ -113,7 +113,7 @@ impl Bidirectional {
             }
             if let Some(connect) = &self.stages.connect {
                 for _ in 0..rounds {
-                    stages.push(Stage::new(&connect[parity], Size::Cells));
+                    stages.push(Stage::new(&connect[parity], Size::Connections));
                     stages.extend(self.wavefront.test_connections.iter().cloned());
                 }
             }

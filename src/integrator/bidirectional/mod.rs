@@ -71,9 +71,11 @@ impl Bidirectional {
     ) -> Result<Self, DeviceError> {
         let plan = settings.method.plan();
         let learns = purpose == Purpose::Records;
+        // Without a light there is nothing to connect to.
+        let model = model.filter(|_| scene.features.lights());
         let subspace_directions = model.is_some_and(|model| model.settings.direction_weight > 0.0);
         let form = Form {
-            cells: plan.connections,
+            connections: plan.connections,
             bidirectional: true,
             splats: plan.to_camera,
             subspaces: model.is_some(),
@@ -87,8 +89,8 @@ impl Bidirectional {
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let lights = wavefront.has_lights();
         let subspaces = match model {
-            Some(model) if lights => Some(Subspaces::new(context, &mut wavefront, model)?),
-            _ => None,
+            Some(model) => Some(Subspaces::new(context, &mut wavefront, model)?),
+            None => None,
         };
         if learns {
             // Something to bind; more room comes with the first batch.

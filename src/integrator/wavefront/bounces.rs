@@ -23,8 +23,8 @@ pub(crate) enum Size {
     Paths,
     /// Connections in the queue.
     Shadow,
-    /// Cells of the paths in the queue.
-    Cells,
+    /// Connection slots of the paths in the queue.
+    Connections,
 }
 
 /// A kernel of a bounce.
@@ -125,7 +125,7 @@ impl Wavefront {
                 Size::Count(count) => Extent::Count(count),
                 Size::Paths => Extent::Indirect(arguments, 0),
                 Size::Shadow => Extent::Indirect(arguments, 16),
-                Size::Cells => Extent::Indirect(arguments, 32),
+                Size::Connections => Extent::Indirect(arguments, 32),
             };
             record(encoder, &mut self.timing, &stage.kernel, extent);
         }

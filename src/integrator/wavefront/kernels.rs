@@ -12,7 +12,7 @@ use crate::integrator::{Plan, Settings};
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Form {
     /// Connections that a path may have in flight.
-    pub cells: u32,
+    pub connections: u32,
     /// Rays carry what bidirectional weights need.
     pub bidirectional: bool,
     /// Light paths add to the film.

@@ -76,7 +76,7 @@ impl Wavefront {
         features.extend(form.features());
         debug_assert!(forms(&plan, scene_features).contains(&features), "{features:?}");
         let mut constants = std::mem::take(&mut scene.constants);
-        constants.push(("CELLS", f64::from(form.cells)));
+        constants.push(("CONNECTIONS_IN_FLIGHT", f64::from(form.connections)));
         constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
         let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO };
         let kernels = SharedKernels::new(context, &mut compiler, &settings)?;

@@ -3,8 +3,8 @@
 use super::Wavefront;
 use super::kernels::Form;
 use crate::device::layout::{
-    Batch, Camera, Counts, FilmPixel, FirstHitPixel, Hit, PathRay, ShadowRay, SubPath, TrainingEnd,
-    TrainingVertex,
+    Batch, Camera, Counts, EyeMis, FilmPixel, FirstHitPixel, Hit, LightMis, PathRay, ShadowRay, SubPath,
+    TrainingEnd, TrainingVertex,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 use crate::integrator::Settings;
@@ -44,14 +44,16 @@ pub(super) fn create(
         swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
     }
     if form.subspaces {
-        swapped.push(("shares", pair(["shares a", "shares b"], 16)?));
+        // Eye and light paths are never in flight together.
+        let mis = pair(["mis a", "mis b"], size_of::<EyeMis>().max(size_of::<LightMis>()))?;
+        swapped.extend([("eye_mis", mis.clone()), ("light_mis", mis)]);
         buffers.create(context, "eye_labels", bytes(8))?;
     }
-    let cells = u64::from(form.cells);
+    let connections = u64::from(form.connections);
     buffers.create(context, "hits", bytes(size_of::<Hit>()))?;
-    buffers.create(context, "radiance", cells * bytes(16))?;
+    buffers.create(context, "radiance", connections * bytes(16))?;
     if connects {
-        buffers.create(context, "shadow_rays", cells * bytes(size_of::<ShadowRay>()))?;
+        buffers.create(context, "shadow_rays", connections * bytes(size_of::<ShadowRay>()))?;
     }
     buffers.create(context, "counts", size_of::<Counts>() as u64)?;
     let indirect = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT;

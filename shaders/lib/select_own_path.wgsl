@@ -1,0 +1,13 @@
+#import bind/light_cache
+#import lib/selection
+
+// Every vertex of the light path that was traced for the eye path, once.
+
+/// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
+fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+    let first = light_path_offsets[path];
+    if first + number >= light_path_offsets[path + 1u] {
+        return Selection(NO_VERTEX, 0.0);
+    }
+    return Selection(light_order[first + number], 1.0);
+}

@@ -1,0 +1,17 @@
+#import bind/batch
+#import bind/light_cache
+#import bind/queue
+#import lib/alias
+#import lib/path_key
+#import lib/selection
+
+// Any vertex of the cache, all alike. Davidovic et al. 2014.
+
+/// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
+fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+    let vertices = light_path_offsets[batch.light_path_count];
+    let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
+    let draw = alias_draw(pcg4d(vec4u(words.xyz, number)).xy, vertices);
+    let inv_density = f32(vertices) / (f32(batch.light_path_count) * f32(CONNECTIONS_IN_FLIGHT));
+    return Selection(light_order[draw.slot], inv_density);
+}

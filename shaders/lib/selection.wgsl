@@ -1,0 +1,12 @@
+// What `select_light_vertex` returns: which vertex of the light cache a connection of an eye vertex ends at. The files
+// lib/select_* define it, each in its way, and are exchangeable.
+
+/// A light vertex, and the inverse of the expected number of times that this iteration's connections of one eye
+/// vertex choose it, over light paths: what a sum over the cache is multiplied with.
+struct Selection {
+    vertex: u32,
+    inv_density: f32,
+}
+
+/// In the place of a vertex: this connection has none.
+const NO_VERTEX: u32 = 0xffffffffu;
