@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::args::InputError;
-use crate::cli::CliError;
+use super::saves::Saves;
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
-use crate::render::Renderer;
+use crate::render::{RenderError, Renderer};
 
 /// What to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -30,50 +30,57 @@ impl Debug {
         }
     }
 
-    /// Writes the pictures beside `output`, and returns where.
+    /// Where the pictures beside `output` go, if there are all of them.
+    pub fn files(self, output: &Path) -> Vec<PathBuf> {
+        match self {
+            Self::Subspaces => SIDES.iter().chain(&[GAMMA]).map(|name| beside(output, name)).collect(),
+        }
+    }
+
+    /// Writes the pictures beside `output`.
     ///
     /// # Errors
-    /// A lost device, a picture that cannot be written.
-    pub fn write(self, renderer: &mut Renderer, output: &Path) -> Result<Vec<PathBuf>, CliError> {
+    /// A lost device.
+    pub fn write(self, renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {
         match self {
-            Self::Subspaces => subspaces(renderer, output),
+            Self::Subspaces => subspaces(renderer, output, saves),
         }
     }
 }
 
-fn subspaces(renderer: &mut Renderer, output: &Path) -> Result<Vec<PathBuf>, CliError> {
+const SIDES: [&str; 2] = ["eye-subspaces", "light-subspaces"];
+const GAMMA: &str = "gamma";
+
+fn subspaces(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {
     let (Some(first), Some(model)) = (renderer.first_subspaces()?, renderer.model.clone()) else {
         log::warn!("there is no light to connect to, so there are no subspaces to show");
-        return Ok(Vec::new());
+        return Ok(());
     };
     let picture = renderer.picture()?;
     let normals = ["X", "Y", "Z"].map(|axis| picture.channel("normal", axis).unwrap_or_default());
     let normal = |pixel: usize| normals.map(|axis| axis.get(pixel).copied().unwrap_or(0.0));
-    let mut written = Vec::new();
-    let mut sides = vec!["eye-subspaces", "light-subspaces"];
+    let mut sides = &SIDES[..];
     if model.settings.direction_weight > 0.0 {
         log::warn!(
             "with --direction-weight a place has another light subspace for every direction that light comes from; \
              there is no picture of them"
         );
-        sides.truncate(1);
+        sides = &sides[..1];
     }
-    for (side, name) in sides.into_iter().enumerate() {
+    for (side, name) in sides.iter().enumerate() {
         let pixel = |(index, seen): (usize, &FirstSubspaces)| {
             false_color::label_pixel(seen.labels.map(|labels| labels[side]), seen.facing(normal(index)))
         };
         let pixels: Vec<[u8; 3]> = first.iter().enumerate().map(pixel).collect();
         let path = beside(output, name);
-        png::write_bytes(&path, picture.width, picture.height, &pixels)?;
-        written.push(path);
+        saves.picture(&path, png::write_bytes(&path, picture.width, picture.height, &pixels));
     }
     let (side, pixels) = false_color::matrix(&model.gamma, model.subspaces as usize);
     let [least, most] = false_color::range(&model.gamma);
     log::info!("gamma from {least:.2e} (violet) to {most:.2e} (yellow), black where it is zero");
-    let path = beside(output, "gamma");
-    png::write_bytes(&path, side, side, &pixels)?;
-    written.push(path);
-    Ok(written)
+    let path = beside(output, GAMMA);
+    saves.picture(&path, png::write_bytes(&path, side, side, &pixels));
+    Ok(())
 }
 
 /// `out.exr` and `gamma`: `out.gamma.png`.

@@ -42,6 +42,9 @@ pub enum CliError {
     Read { what: &'static str, path: PathBuf, cause: io::Error },
     #[error("cannot write {what} to {path}: {cause}; choose another place or make room")]
     Write { what: &'static str, path: PathBuf, cause: io::Error },
+    /// Some outputs of a render; the others are there.
+    #[error("{}", say_outputs(failed, written, rescued.as_deref()))]
+    Outputs { failed: Vec<CliError>, written: Vec<PathBuf>, rescued: Option<PathBuf> },
     #[error("cannot write figures as JSON: {cause}; this is a defect of Halfway, please report it")]
     Json { cause: serde_json::Error },
     #[error("cannot draw the plot '{title}': {cause}; this is a defect of Halfway, please report it")]
@@ -72,10 +75,28 @@ impl CliError {
             #[cfg(feature = "preview")]
             Self::Preview(error) => error.fault(),
             Self::Read { .. } => Fault::Input,
-            Self::Folder { .. } | Self::Write { .. } => Fault::Machine,
+            Self::Folder { .. } | Self::Write { .. } | Self::Outputs { .. } => Fault::Machine,
             Self::Json { .. } | Self::Plot { .. } => Fault::Defect,
         }
     }
+}
+
+/// A line for each that failed, and where the rest is.
+fn say_outputs(failed: &[CliError], written: &[PathBuf], rescued: Option<&Path>) -> String {
+    let mut text = match failed.len() {
+        1 => "an output failed:".to_string(),
+        count => format!("{count} outputs failed:"),
+    };
+    failed.iter().for_each(|error| text.push_str(&format!("\n  {error}")));
+    if let Some(path) = rescued {
+        text.push_str(&format!("\nthe picture is kept in {}: move it from there", path.display()));
+    }
+    let written: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+    match written.is_empty() {
+        true => text.push_str("\nno output was written"),
+        false => text.push_str(&format!("\nwritten: {}", written.join(", "))),
+    }
+    text
 }
 
 impl From<serde_json::Error> for CliError {

@@ -13,6 +13,7 @@ mod output;
 mod preview;
 mod progress;
 mod render;
+mod saves;
 mod strategies;
 mod summary;
 mod text;

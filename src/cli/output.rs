@@ -1,14 +1,14 @@
 //! Where the picture of a render goes, on the way and at the end: files, a viewer, errors against a reference.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::CliError;
+use super::saves::Saves;
 use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
 use crate::film::tonemap::ViewTransform;
-use crate::film::{Picture, exr, png, tev};
-use crate::render::{Origin, Renderer, Report};
+use crate::film::{FilmError, Picture, exr, png, tev};
+use crate::render::{Origin, RenderError, Renderer, Report};
 
 /// Between two pictures for a viewer.
 const VIEW_EVERY: Duration = Duration::from_secs(1);
@@ -30,6 +30,10 @@ pub struct Output {
     /// When files were written, and when the viewer got a picture; at first, the beginning.
     pub last_save: Instant,
     pub last_view: Instant,
+    /// Saving on the way failed the last time.
+    pub unsaved: bool,
+    /// What became of it all.
+    pub saves: Saves,
 }
 
 impl Output {
@@ -44,49 +48,98 @@ impl Output {
         self.save_every.is_some_and(|every| self.last_save.elapsed() >= every)
     }
 
-    /// Does what is due on the way.
+    /// Does what is due on the way. What fails here is no reason to end: files are tried again, a viewer that has gone is
+    /// reported at the end.
     ///
     /// # Errors
-    /// A lost device, files that cannot be written, a viewer that has gone.
-    pub fn update(&mut self, renderer: &mut Renderer) -> Result<(), CliError> {
+    /// A lost device.
+    pub fn update(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
         let picture = renderer.picture()?;
-        if let Some(trace) = self.trace.as_mut().filter(|trace| trace.is_due(renderer.samples())) {
-            trace.add(&renderer.report()?, &picture)?;
+        if self.trace.as_ref().is_some_and(|trace| trace.is_due(renderer.samples())) {
+            self.judge(&renderer.report()?, &picture);
         }
-        if let Some(viewer) = &mut self.viewer {
-            viewer.show(&self.title, &picture)?;
-            self.last_view = Instant::now();
-        }
+        self.show(&picture);
         if self.save_is_due() {
-            self.write(picture, &renderer.report()?)?;
+            let picture = self.described(picture, &renderer.report()?);
+            let written = self.files.iter().map(|file| self.write(file, &picture));
+            let failed: Vec<FilmError> = written.filter_map(Result::err).collect();
+            // Once, not every time.
+            for error in failed.iter().filter(|_| !self.unsaved) {
+                log::warn!("{error}; the render goes on");
+            }
+            self.unsaved = !failed.is_empty();
             self.last_save = Instant::now();
         }
         Ok(())
     }
 
-    /// Does all of it with the finished picture. Returns the error against the reference, where there is one.
-    ///
-    /// # Errors
-    /// As [`Output::update`].
-    pub fn finish(&mut self, picture: Picture, report: &Report) -> Result<Option<Checkpoint>, CliError> {
-        if let Some(viewer) = &mut self.viewer {
-            viewer.show(&self.title, &picture)?;
+    /// Does all of it with the finished picture, each output by itself. Returns the error against the reference, where
+    /// there is one.
+    pub fn finish(&mut self, picture: Picture, report: &Report) -> Option<Checkpoint> {
+        let picture = self.described(picture, report);
+        let (mut failed, mut linear) = (false, false);
+        for file in &self.files {
+            let written = self.write(file, &picture);
+            failed |= written.is_err();
+            linear |= written.is_ok() && !is_png(file);
+            self.saves.picture(file, written);
         }
-        let judged = self.trace.as_mut().map(|trace| trace.add(report, &picture)).transpose();
-        self.write(picture, report)?;
-        // A disk too full for the errors is reported after the picture is safe.
+        if failed && !linear {
+            let path = std::env::temp_dir().join(format!("halfway-{}.exr", std::process::id()));
+            match exr::create(&path, &picture) {
+                Ok(()) => self.saves.rescue(&path),
+                Err(error) => self.saves.fail(error),
+            }
+        }
+        self.show(&picture);
+        let judged = self.judge(report, &picture);
+        if let Some((path, ended)) = self.trace.take().and_then(Trace::end) {
+            self.saves.report(&path, ended);
+        }
         judged
     }
 
-    fn write(&self, mut picture: Picture, report: &Report) -> Result<(), CliError> {
-        picture.metadata = report.metadata(&self.origin);
-        for file in &self.files {
-            if file.extension().is_some_and(|extension| extension == "png") {
-                png::write(file, &picture, self.view, self.exposure)
-            } else {
-                exr::write(file, &picture)
-            }?;
-        }
-        Ok(())
+    /// With what its file says of how it was made.
+    fn described(&self, mut picture: Picture, report: &Report) -> Picture {
+        picture.metadata.extend(report.metadata(&self.origin));
+        picture
     }
+
+    /// Shows the picture, until the viewer goes.
+    fn show(&mut self, picture: &Picture) {
+        if let Some(viewer) = &mut self.viewer {
+            if let Err(error) = viewer.show(&self.title, picture) {
+                log::warn!("{error}; all else goes on");
+                self.saves.fail(error);
+                self.viewer = None;
+            }
+            self.last_view = Instant::now();
+        }
+    }
+
+    /// Compares the picture, until that fails.
+    fn judge(&mut self, report: &Report, picture: &Picture) -> Option<Checkpoint> {
+        match self.trace.as_mut()?.add(report, picture) {
+            Ok(point) => Some(point),
+            Err(error) => {
+                log::warn!("{error}; all else goes on");
+                self.saves.fail(error);
+                // What there is of its file stays.
+                self.trace = None;
+                None
+            }
+        }
+    }
+
+    fn write(&self, file: &Path, picture: &Picture) -> Result<(), FilmError> {
+        match is_png(file) {
+            true => png::write(file, picture, self.view, self.exposure),
+            false => exr::write(file, picture),
+        }
+    }
+}
+
+/// Not linear, and without layers.
+fn is_png(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension == "png")
 }

@@ -1,6 +1,6 @@
 //! `halfway preview`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -8,7 +8,7 @@ use clap::Args;
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, check_folder, default_output, read_reference, say_what_is_missing,
+    CameraArgs, InputError, SceneArgs, default_output, read_reference, say_what_is_missing, try_output,
 };
 use super::{CliError, Exit, progress, text};
 use crate::integrator::{Descriptor, METHODS, View};
@@ -59,7 +59,10 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     // Before anything that takes long.
     let display = Display::open()?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, ""));
-    check_folder(&output)?;
+    // The longest of the names that pictures get.
+    let mut first = output.clone().into_os_string();
+    first.push("-1.model");
+    try_output(Path::new(&first))?;
     let scene = load(&args.scene, &args.camera)?;
     say_what_is_missing(&scene);
     let [width, height] = args.picture.size(&scene);

@@ -8,12 +8,13 @@ use clap::Args;
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, check_folder, default_output, parse_crop, parse_duration,
-    say_what_is_missing,
+    CameraArgs, InputError, SceneArgs, default_output, parse_crop, parse_duration, say_what_is_missing,
+    try_output, try_output_folder,
 };
 use super::debug::Debug;
 use super::output::Output;
 use super::progress::{self, Meter};
+use super::saves::Saves;
 use super::trace::TraceArgs;
 use super::{CliError, Exit, strategies, summary, text};
 use crate::device::layout::SAMPLES_A_GROUP;
@@ -130,40 +131,50 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         trace,
         last_save: Instant::now(),
         last_view: Instant::now(),
+        unsaved: false,
+        saves: Saves::default(),
     };
     let stop = render(&mut renderer, &mut output, meter(quiet, &options.budget, learning), &options.budget)?;
     let report = renderer.report()?;
-    let judged = output.finish(renderer.picture()?, &report)?;
+    let judged = output.finish(renderer.picture()?, &report);
+    let Output { files, mut saves, .. } = output;
 
     if let Some(path) = &args.stats {
-        summary::write_stats(path, serde_json::to_value(&report)?, &context, load_seconds)?;
+        let stats = serde_json::to_value(&report).map_err(CliError::from);
+        let written = stats.and_then(|stats| summary::write_stats(path, stats, &context, load_seconds));
+        saves.report(path, written);
     }
     if !quiet {
         summary::rendered(&report, load_seconds, &options);
         judged.iter().for_each(summary::judged);
     }
-    output.files.iter().for_each(|file| println!("{}", file.display()));
-    if let Some(debug) = args.debug {
-        for path in debug.write(&mut renderer, &output.files[0])? {
-            println!("{}", path.display());
-        }
+    if let Some(Err(error)) = args.debug.map(|debug| debug.write(&mut renderer, &files[0], &mut saves)) {
+        saves.fail(error);
     }
     if let Some(folder) = args.strategies.as_deref().filter(|_| stop != Stop::Interrupted) {
         let interrupted = progress::interrupted;
-        strategies::write(&mut renderer, &options, &strategies, folder, args.view.view, interrupted)?;
-        println!("{}", folder.display());
+        let view = args.view.view;
+        let written =
+            strategies::write(&mut renderer, &options, &strategies, folder, view, &mut saves, interrupted);
+        saves.picture(folder, written);
     }
-    Ok(args.exit(&report, stop))
+    let exit = args.exit(&report, stop);
+    saves.end()?;
+    Ok(exit)
 }
 
 impl RenderArgs {
-    /// The files to write.
+    /// The pictures to write, after every output was tried.
     fn files(&self) -> Result<Vec<PathBuf>, InputError> {
         let files = match self.output.is_empty() {
             true => vec![default_output(&self.scene.scene, "exr")],
             false => self.output.clone(),
         };
         files.iter().try_for_each(|file| check_file(file))?;
+        let debug = self.debug.map(|debug| debug.files(&files[0])).unwrap_or_default();
+        debug.iter().chain(&self.stats).try_for_each(|file| try_output(file))?;
+        self.trace.try_output()?;
+        self.strategies.iter().try_for_each(|folder| try_output_folder(folder))?;
         Ok(files)
     }
 
@@ -211,7 +222,7 @@ impl RenderArgs {
 }
 
 fn check_file(file: &Path) -> Result<(), InputError> {
-    check_folder(file)?;
+    try_output(file)?;
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("exr" | "png") => Ok(()),
         _ => Err(InputError::Usage(format!(

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::args::InputError;
+use super::saves::Saves;
 use crate::cli::CliError;
 use crate::film::contact_sheet::{self, Frame};
 use crate::film::tonemap::ViewTransform;
@@ -41,13 +42,14 @@ pub fn list(method: Method, max_depth: Option<u32>) -> Result<Vec<[u32; 2]>, Inp
 /// `s{s}-t{t}-weighted.exr`, `s{s}-t{t}-unweighted.exr`, and for all of them `weighted.png` and `unweighted.png`.
 ///
 /// # Errors
-/// A lost device, a picture that cannot be written.
+/// A lost device, a folder that cannot be made.
 pub fn write(
     renderer: &mut Renderer,
     options: &RenderOptions,
     strategies: &[[u32; 2]],
     directory: &Path,
     view: ViewTransform,
+    saves: &mut Saves,
     mut interrupted: impl FnMut() -> bool,
 ) -> Result<(), CliError> {
     std::fs::create_dir_all(directory).map_err(CliError::folder(directory))?;
@@ -60,7 +62,8 @@ pub fn write(
                 return Ok(());
             }
             let picture = renderer.picture()?;
-            exr::write(&directory.join(format!("s{s}-t{t}-{name}.exr")), &picture)?;
+            let path = directory.join(format!("s{s}-t{t}-{name}.exr"));
+            saves.part(exr::write(&path, &picture));
             pictures.push(([s, t], picture));
         }
         let title = format!("{} strategies, {name}: a row for each path length", options.method.name());
@@ -74,7 +77,8 @@ pub fn write(
                 Frame { column: *s as usize, row, caption: format!("s={s} t={t}{gain}"), picture, exposure }
             })
             .collect();
-        contact_sheet::write(&directory.join(format!("{name}.png")), &title, &frames, view)?;
+        let path = directory.join(format!("{name}.png"));
+        saves.part(contact_sheet::write(&path, &title, &frames, view));
     }
     Ok(())
 }

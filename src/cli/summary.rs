@@ -6,6 +6,7 @@ use super::CliError;
 use super::progress::say_choices;
 use crate::bench::trade::Checkpoint;
 use crate::device::Context;
+use crate::film::write::write_atomic;
 use crate::render::{RenderOptions, Report, Stop};
 use crate::subspace::TrainingReport;
 use crate::training::TrainingResult;
@@ -128,5 +129,5 @@ pub fn write_stats(
 ) -> Result<(), CliError> {
     value["device"] = context.describe().into();
     value["load_seconds"] = load_seconds.into();
-    std::fs::write(path, serde_json::to_string_pretty(&value)?).map_err(CliError::write("the report", path))
+    Ok(write_atomic(path, serde_json::to_string_pretty(&value)?.as_bytes())?)
 }

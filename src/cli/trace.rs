@@ -2,14 +2,15 @@
 
 use std::fs::File;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::args::{check_folder, read_reference};
+use super::args::{InputError, read_reference, try_output};
 use crate::bench::trade::Checkpoint;
 use crate::cli::CliError;
-use crate::film::Picture;
+use crate::film::write::write_atomic;
+use crate::film::{FilmError, Picture};
 use crate::render::Report;
 
 /// Options of a render that is compared with a better picture.
@@ -27,11 +28,28 @@ pub struct TraceArgs {
 /// A reference, and the file of errors against it.
 pub struct Trace {
     reference: Picture,
-    file: Option<(File, PathBuf)>,
+    file: Option<TraceFile>,
     last: Option<Checkpoint>,
 }
 
+/// Rows that are appended to a file as they come.
+struct TraceFile {
+    path: PathBuf,
+    /// All rows.
+    text: String,
+    /// Until one cannot be written: then all of them are, at the end.
+    file: Option<File>,
+}
+
 impl TraceArgs {
+    /// Tries the place of the file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn try_output(&self) -> Result<(), InputError> {
+        self.trace_error.iter().try_for_each(|path| try_output(path))
+    }
+
     /// Reads the reference of a picture of so many pixels and begins the file. `None` where none is asked for.
     ///
     /// # Errors
@@ -39,14 +57,8 @@ impl TraceArgs {
     pub fn open(&self, size: [u32; 2]) -> Result<Option<Trace>, CliError> {
         let Some(path) = &self.reference else { return Ok(None) };
         let reference = read_reference(path, size)?;
-        let mut trace = Trace { reference, file: None, last: None };
-        if let Some(path) = &self.trace_error {
-            check_folder(path)?;
-            let file = File::create(path).map_err(CliError::write("the errors", path))?;
-            trace.file = Some((file, path.clone()));
-            trace.write(Checkpoint::COLUMNS)?;
-        }
-        Ok(Some(trace))
+        let file = self.trace_error.as_deref().map(TraceFile::create).transpose()?;
+        Ok(Some(Trace { reference, file, last: None }))
     }
 }
 
@@ -59,21 +71,46 @@ impl Trace {
     /// Compares a picture, and writes it down.
     ///
     /// # Errors
-    /// A full disk.
-    pub fn add(&mut self, report: &Report, picture: &Picture) -> Result<Checkpoint, CliError> {
+    /// Pictures that cannot be compared.
+    pub fn add(&mut self, report: &Report, picture: &Picture) -> Result<Checkpoint, FilmError> {
         // Times are the clock's; the device's pace is for benchmarks.
         let point = Checkpoint::new(report, picture, &self.reference, [0.0; 2])?;
-        if self.last.is_none_or(|last| last.samples < point.samples) {
-            self.write(&point.row())?;
+        if let Some(file) = self.file.as_mut().filter(|_| self.last.is_none_or(|l| l.samples < point.samples))
+        {
+            file.add(&point.row());
         }
         self.last = Some(point);
         Ok(point)
     }
 
-    fn write(&mut self, line: &str) -> Result<(), CliError> {
-        match &mut self.file {
-            Some((file, path)) => writeln!(file, "{line}").map_err(CliError::write("the errors", path)),
-            None => Ok(()),
+    /// Ends the file, where there is one: its path, and whether all of it is there.
+    pub fn end(self) -> Option<(PathBuf, Result<(), FilmError>)> {
+        self.file.map(|file| (file.path.clone(), file.end()))
+    }
+}
+
+impl TraceFile {
+    fn create(path: &Path) -> Result<Self, CliError> {
+        let file = File::create(path).map_err(CliError::write("the errors", path))?;
+        let mut file = Self { path: path.to_owned(), text: String::new(), file: Some(file) };
+        file.add(Checkpoint::COLUMNS);
+        Ok(file)
+    }
+
+    fn add(&mut self, line: &str) {
+        let line = format!("{line}\n");
+        let appended = self.file.as_mut().map_or(Ok(()), |file| file.write_all(line.as_bytes()));
+        if appended.is_err() {
+            self.file = None;
         }
+        self.text.push_str(&line);
+    }
+
+    fn end(self) -> Result<(), FilmError> {
+        // A file that was removed can be appended to as well.
+        if self.file.is_some() && self.path.exists() {
+            return Ok(());
+        }
+        write_atomic(&self.path, self.text.as_bytes())
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::args::method::LearnArgs;
 use super::args::picture::{PictureArgs, SeedArgs};
-use super::args::{CameraArgs, InputError, SceneArgs, check_folder, default_output};
+use super::args::{CameraArgs, InputError, SceneArgs, default_output, try_output};
 use super::{CliError, Exit, progress, summary};
 use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt, View};
 use crate::render::{Prepared, RenderOptions};
@@ -46,6 +46,7 @@ pub struct TrainArgs {
 pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, "model"));
     check_output(&output)?;
+    args.stats.iter().try_for_each(|stats| try_output(stats))?;
     let training = args.learn.training(Training::default())?;
     let training = Training { when: Some(When::First), ..training };
     let load_start = Instant::now();
@@ -79,7 +80,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
 
 /// As for pictures, the name has to say what the file is: a slip never overwrites a scene.
 fn check_output(output: &Path) -> Result<(), InputError> {
-    check_folder(output)?;
+    try_output(output)?;
     match output.extension().and_then(|extension| extension.to_str()) {
         Some("model") => Ok(()),
         _ => Err(InputError::Usage(format!("name the model .model, not '{}'", output.display()))),

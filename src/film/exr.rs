@@ -9,7 +9,8 @@ use exr::prelude::{
     Vec2, WritableImage,
 };
 
-use super::{Attribute, Picture, write::write_atomic};
+use super::write::{write_atomic, write_new};
+use super::{Attribute, Picture};
 use crate::film::FilmError;
 use crate::picture_file::REC709;
 
@@ -18,9 +19,21 @@ use crate::picture_file::REC709;
 /// # Errors
 /// [`FilmError::Write`] when the file cannot be written.
 pub fn write(path: &Path, picture: &Picture) -> Result<(), FilmError> {
-    let bytes = encode(picture)
-        .map_err(|error| FilmError::Write { path: path.to_owned(), cause: std::io::Error::other(error) })?;
-    write_atomic(path, &bytes)
+    write_atomic(path, &bytes(path, picture)?)
+}
+
+/// As [`write()`], where there is no such file yet, see [`write_new`].
+///
+/// # Errors
+/// [`FilmError::Write`] when the file cannot be written.
+pub fn create(path: &Path, picture: &Picture) -> Result<(), FilmError> {
+    write_new(path, &bytes(path, picture)?)
+}
+
+/// The file that goes to `path`.
+fn bytes(path: &Path, picture: &Picture) -> Result<Vec<u8>, FilmError> {
+    encode(picture)
+        .map_err(|error| FilmError::Write { path: path.to_owned(), cause: std::io::Error::other(error) })
 }
 
 fn encode(picture: &Picture) -> exr::error::Result<Vec<u8>> {

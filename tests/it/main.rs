@@ -37,6 +37,7 @@ mod loader_materials;
 mod metamorphic;
 mod metric;
 mod online;
+mod outputs;
 mod point_sets;
 #[cfg(feature = "preview")]
 mod preview;

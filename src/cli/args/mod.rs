@@ -12,25 +12,45 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::CliError;
 use crate::film::Picture;
+use crate::film::write::{try_file, try_folder};
 
 pub use camera::{CameraArgs, CameraNameArgs};
 pub use error::InputError;
 pub use parse::{parse_crop, parse_duration, parse_probability, parse_size};
 pub use scene::{SceneArgs, say_what_is_missing};
 
-/// Asks for the folder of a file to come: before hours of work, not after them.
+/// Tries the place of a file to come: before hours of work, not after them. Nothing is left there.
 ///
 /// # Errors
-/// There is none.
-pub fn check_folder(output: &Path) -> Result<(), InputError> {
-    match output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        Some(folder) => Err(InputError::Usage(format!(
+/// There is no such folder, or no file can be made in it, or none of this name.
+pub fn try_output(output: &Path) -> Result<(), InputError> {
+    if let Some(folder) = output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
+    {
+        return Err(InputError::Usage(format!(
             "there is no folder '{}' for '{}'; make it first",
             folder.display(),
             output.display()
-        ))),
-        None => Ok(()),
+        )));
     }
+    try_file(output).map_err(|cause| {
+        InputError::Usage(format!(
+            "cannot write '{}': {cause}; choose another place or name, or make it writable",
+            output.display()
+        ))
+    })
+}
+
+/// As [`try_output`], of a folder of files, which is made when they are.
+///
+/// # Errors
+/// It cannot be made, or no files in it.
+pub fn try_output_folder(folder: &Path) -> Result<(), InputError> {
+    try_folder(folder).map_err(|cause| {
+        InputError::Usage(format!(
+            "cannot write into the folder '{}': {cause}; choose another, or make it writable",
+            folder.display()
+        ))
+    })
 }
 
 /// What a picture of so many pixels is to be compared with.

@@ -1,0 +1,72 @@
+//! The outputs of `halfway render`: each is tried before rendering and saved by itself (R-04).
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::command::{Case, Run, is_black};
+
+/// What cannot be written is found before the scene is loaded; nothing is left of the trial.
+#[test]
+fn r04_outputs_are_tried_before_rendering() {
+    let case = Case::new();
+    std::fs::create_dir(case.path("folder.exr")).expect("a folder");
+    std::fs::write(case.path("file"), "").expect("a file");
+    let name = |length: usize| format!("DIR/{}.exr", "n".repeat(length - 4));
+    for (arguments, phrases) in [
+        ("-o DIR/folder.exr", &["folder.exr", "directory"][..]),
+        ("-o DIR/a.exr --output DIR/folder.exr", &["folder.exr", "directory"]),
+        ("-o DIR/a.exr --stats DIR/none/a.json", &["none", "make it first"]),
+        ("-o DIR/a.exr --reference DIR/b.exr --trace-error DIR/none/a.csv", &["none", "make it first"]),
+        ("-o DIR/a.exr -i bdpt --max-depth 2 --strategies DIR/file", &["DIR/file", "folder"]),
+        (&format!("-o {}", name(256)), &["nnn", "cannot write"]),
+        // STEM.eye-subspaces.png is longer.
+        (&format!("-o {} -i spcbpt --debug subspaces", name(250)), &["eye-subspaces", "cannot write"]),
+    ] {
+        let folder = case.path("");
+        let folder = folder.to_string_lossy();
+        let phrases: Vec<String> = phrases.iter().map(|phrase| phrase.replace("DIR/", &folder)).collect();
+        let phrases: Vec<&str> = phrases.iter().map(String::as_str).collect();
+        // The scene is not there either.
+        case.refuse(&format!("render DIR/missing.gltf {arguments}"), &phrases);
+    }
+    // Folders that were made for the trial go again.
+    case.refuse("render DIR/missing.gltf -o DIR/a.exr --strategies DIR/b/c", &["missing.gltf"]);
+    // As long as a name may be.
+    let longest = name(255).replace("DIR/", "");
+    case.run(&format!("render builtin:cornell --spp 1 --size 8x8 -o {longest}")).assert(0, &[]);
+    assert!(!is_black(&case.picture(&longest)));
+}
+
+/// A place that goes while the render runs: all else is saved, also on the way.
+#[test]
+#[cfg(unix)]
+fn r04_an_output_that_fails_keeps_no_other_from_being_written() {
+    let case = Case::new();
+    std::fs::create_dir(case.path("gone")).expect("a folder");
+    let mut command = case.command(env!("CARGO_BIN_EXE_halfway"));
+    let arguments = "render builtin:cornell --size 16x16 --spp 100000000 --save-every 10ms -o gone/a.exr -o b.png \
+                     -o c.exr --stats d.json";
+    let child =
+        command.args(arguments.split_whitespace()).stderr(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    let child = child.expect("halfway runs");
+    let start = Instant::now();
+    let wait_for = |name: &str, done: &dyn Fn() -> bool| {
+        while !done() {
+            assert!(start.elapsed() < Duration::from_secs(120), "{name} takes two minutes");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    wait_for("a picture", &|| case.path("c.exr").exists());
+    // It may be written to at the moment.
+    wait_for("removing", &|| std::fs::remove_dir_all(case.path("gone")).is_ok());
+    std::fs::remove_file(case.path("b.png")).expect("a picture");
+    wait_for("the next picture", &|| case.path("b.png").exists());
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    let run = Run::of(child.wait_with_output().expect("an end"));
+    let phrases = ["the render goes on", "an output failed", "gone/a.exr", "written: b.png, c.exr, d.json"];
+    run.assert(1, &phrases);
+    assert_eq!(run.printed, "b.png\nc.exr\n");
+    assert_eq!(case.files(), ["b.png", "c.exr", "d.json"]);
+    assert!(!is_black(&case.picture("c.exr")));
+}
