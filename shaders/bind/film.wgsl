@@ -4,7 +4,7 @@
 struct FilmPixel {
     sum: vec3f,
     count: u32,
-    /// Of each group its sum squared over its samples.
+    /// Of each group its sum squared over its samples; in units of -2^-120 where it is negative.
     sum_sq: vec3f,
     /// Samples left out because they were not finite.
     non_finite: u32,

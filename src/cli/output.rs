@@ -140,6 +140,6 @@ impl Output {
 }
 
 /// Not linear, and without layers.
-fn is_png(file: &Path) -> bool {
+pub fn is_png(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension == "png")
 }

@@ -12,7 +12,7 @@ use super::args::{
     try_output, try_output_folder,
 };
 use super::debug::Debug;
-use super::output::Output;
+use super::output::{Output, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
@@ -101,7 +101,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
     let scene_hash = scene.content_hash();
-    let mut options = args.options(&scene, camera)?;
+    let mut options = args.options(&scene, camera, &files)?;
     options.model = args.model.load(scene_hash, options.method)?;
     let strategies = match args.strategies {
         Some(_) => strategies::list(options.method, options.view.max_depth)?,
@@ -178,7 +178,7 @@ impl RenderArgs {
         Ok(files)
     }
 
-    fn options(&self, scene: &Scene, camera: usize) -> Result<RenderOptions, InputError> {
+    fn options(&self, scene: &Scene, camera: usize, files: &[PathBuf]) -> Result<RenderOptions, InputError> {
         let no_limit = self.spp.is_none() && self.time.is_none() && self.error.is_none();
         let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { self.spp };
         if self.error.is_some_and(|error| error.is_nan() || error <= 0.0) {
@@ -192,11 +192,13 @@ impl RenderArgs {
             debug.check(method)?;
         }
         let picture = self.picture.options(scene, camera);
+        // A PNG has no room for layers.
+        let layers = self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
         Ok(RenderOptions {
             view: View { crop: self.crop, seed: self.seed.seed, ..picture.view },
             method,
             budget: Budget { samples, time: self.time.map(TimeLimit::Total), error: self.error },
-            first_hit_layers: true,
+            first_hit_layers: layers || !files.iter().all(|file| is_png(file)),
             timing: self.stats.is_some(),
             training: self.method.training()?,
             ..picture

@@ -21,8 +21,12 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
         Stop::Error => "--error reached",
         Stop::Interrupted => "interrupted",
     };
-    let error =
-        report.estimated_error.map_or(String::new(), |e| format!(", estimated error {:.2} %", 100.0 * e));
+    let error = match report.estimated_error.map(|error| 100.0 * error) {
+        None => String::new(),
+        // Nothing is certain that has noise.
+        Some(percent) if percent > 0.0 && percent < 0.01 => ", estimated error below 0.01 %".into(),
+        Some(percent) => format!(", estimated error {percent:.2} %"),
+    };
     eprintln!(
         "{} spp in {:.2} s ({:.2} M samples/s){error}; {reason}. Before that: loading {load_seconds:.2} s, BVH {:.2} s, \
          compiling {:.2} s.",

@@ -1,6 +1,6 @@
 //! One picture from two.
 
-use super::{Layer, Picture};
+use super::Picture;
 use crate::film::FilmError;
 
 /// The mean of two independent pictures of the same, weighted by their numbers of samples, with the layers `variance` and
@@ -17,19 +17,16 @@ pub fn average(pictures: [&Picture; 2], samples: [f64; 2]) -> Result<Picture, Fi
     let sum = |a: f32, b: f32, [wa, wb]: [f64; 2]| (wa * f64::from(a) + wb * f64::from(b)) as f32;
     let rgb = a.rgb.iter().zip(&b.rgb).map(|(a, b)| [0, 1, 2].map(|c| sum(a[c], b[c], weights))).collect();
     let mut picture = Picture::new(a.width, a.height, rgb);
-    let layers = [
+    if let (Some(a), Some(b)) = (a.variance(), b.variance()) {
         // Of the mean: it goes with the squares of the weights.
-        ("variance", &["R", "G", "B"][..], weights.map(|weight| weight * weight)),
-        ("samples", &["Y"][..], [1.0; 2]),
-    ];
-    for (name, channels, weights) in layers {
-        let joined = |channel: &&str| {
-            let pairs = a.channel(name, channel)?.iter().zip(b.channel(name, channel)?);
-            Some((channel.to_string(), pairs.map(|(&a, &b)| sum(a, b, weights)).collect()))
+        let [wa, wb] = weights.map(|weight| weight * weight);
+        let joined = |channel: usize| {
+            (0..a.pixels()).map(|pixel| wa * a.at(channel, pixel) + wb * b.at(channel, pixel)).collect()
         };
-        if let Some(channels) = channels.iter().map(joined).collect() {
-            picture.layers.push(Layer { name: name.into(), channels });
-        }
+        picture.push_variance([0, 1, 2].map(joined));
+    }
+    if let (Some(a), Some(b)) = (a.channel("samples", "Y"), b.channel("samples", "Y")) {
+        picture.push_channel("samples", "Y", a.iter().zip(b).map(|(a, b)| a + b).collect());
     }
     Ok(picture)
 }

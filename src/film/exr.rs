@@ -10,7 +10,7 @@ use exr::prelude::{
 };
 
 use super::write::{write_atomic, write_new};
-use super::{Attribute, Picture};
+use super::{Attribute, Picture, VARIANCE_SCALE};
 use crate::film::FilmError;
 use crate::picture_file::REC709;
 
@@ -68,6 +68,9 @@ fn encode(picture: &Picture) -> exr::error::Result<Vec<u8>> {
             Attribute::Number(value) => AttributeValue::F64(*value),
         };
         image.layer_data.attributes.other.insert(text(name), value);
+    }
+    if let Some(scale) = picture.variance_scale {
+        image.layer_data.attributes.other.insert(text(VARIANCE_SCALE), AttributeValue::F64(scale));
     }
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes)?;

@@ -6,9 +6,9 @@ use std::f64::consts::FRAC_2_PI;
 
 use serde::Serialize;
 
-use super::Picture;
 use super::flip::mean_flip;
 use super::tonemap::{ViewTransform, srgb_encode};
+use super::{Picture, Variance};
 use crate::film::FilmError;
 
 /// Edge of the tiles whose means are compared, in pixels.
@@ -183,19 +183,19 @@ pub fn reference_noise(reference: &Picture) -> Result<Option<ReferenceNoise>, Fi
     let epsilon = check(reference, reference)?;
     // The variance of a single sample is not known.
     let single = |samples: &[f32]| samples.iter().any(|&count| count < 2.0);
-    let layers = variance(reference).filter(|_| !reference.channel("samples", "Y").is_some_and(single));
-    Ok(layers.map(|layers| {
+    let known = reference.variance().filter(|_| !reference.channel("samples", "Y").is_some_and(single));
+    Ok(known.map(|known| {
         let values = reference
             .rgb
             .iter()
             .enumerate()
-            .flat_map(|(i, pixel)| (0..3).map(move |c| (f64::from(layers[c][i]), f64::from(pixel[c]))));
+            .flat_map(|(i, pixel)| (0..3).map(move |c| (known.at(c, i), f64::from(pixel[c]))));
         let squares = values.clone().map(|(variance, b)| variance / (b * b + epsilon * epsilon));
         let sizes = values.map(|(variance, b)| variance.sqrt() / (b + epsilon));
         ReferenceNoise {
             relmse: mean(squares),
             mape: FRAC_2_PI.sqrt() * mean(sizes),
-            mean: noise_of_sum(layers).sqrt() / sum(reference),
+            mean: noise_of_sum(known).sqrt() / sum(reference),
         }
     }))
 }
@@ -245,14 +245,6 @@ fn psnr(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     -10.0 * mean(pairs.map(|(&a, &b)| f64::from(srgb_encode(a) - srgb_encode(b)).powi(2))).log10()
 }
 
-fn variance(picture: &Picture) -> Option<[&[f32]; 3]> {
-    Some([
-        picture.channel("variance", "R")?,
-        picture.channel("variance", "G")?,
-        picture.channel("variance", "B")?,
-    ])
-}
-
 /// Of all pixels and channels.
 fn sum(picture: &Picture) -> f64 {
     picture.rgb.as_flattened().iter().map(|&value| f64::from(value)).sum()
@@ -260,17 +252,16 @@ fn sum(picture: &Picture) -> f64 {
 
 /// Variance of that sum. Channels of a pixel come from the same paths: taken as fully correlated, which can only
 /// overstate it.
-fn noise_of_sum(layers: [&[f32]; 3]) -> f64 {
-    (0..layers[0].len())
-        .map(|i| layers.iter().map(|layer| f64::from(layer[i]).sqrt()).sum::<f64>().powi(2))
-        .sum()
+fn noise_of_sum(variance: Variance) -> f64 {
+    let pixels = 0..variance.pixels();
+    pixels.map(|i| (0..3).map(|c| variance.at(c, i).sqrt()).sum::<f64>().powi(2)).sum()
 }
 
 /// The ratio of the means with its standard error.
 pub fn mean_ratio(picture: &Picture, reference: &Picture) -> MeanRatio {
     let (total, reference_total) = (sum(picture), sum(reference));
     let ratio = total / reference_total;
-    let (own, others) = (variance(picture).map(noise_of_sum), variance(reference).map(noise_of_sum));
+    let (own, others) = (picture.variance().map(noise_of_sum), reference.variance().map(noise_of_sum));
     let error = |own: f64, others: f64| Some((own + ratio * ratio * others).sqrt() / reference_total);
     let (standard_error, source) = match (own, others) {
         (Some(own), Some(others)) => (error(own, others), NoiseSource::Both),
@@ -303,17 +294,15 @@ fn tile_scatter(picture: &Picture, reference: &Picture, ratio: f64) -> Option<f6
 /// As [`compare`].
 pub fn tile_test(picture: &Picture, reference: &Picture) -> Result<Option<TileTest>, FilmError> {
     check(picture, reference)?;
-    let (Some(own), Some(others)) = (variance(picture), variance(reference)) else { return Ok(None) };
+    let (Some(own), Some(others)) = (picture.variance(), reference.variance()) else { return Ok(None) };
     let mut worst = TileTest { worst_z: 0.0, column: 0, row: 0, channel: 0, tests: 0, p_value: 1.0 };
     for (column, row, tile) in tiles(picture) {
         for channel in 0..3 {
             let sum = |rgb: &[[f32; 3]]| tile.iter().map(|&i| f64::from(rgb[i][channel])).sum::<f64>();
-            let noise = |layer: &[f32]| tile.iter().map(|&i| f64::from(layer[i])).sum::<f64>();
+            let noise = |variance: Variance| tile.iter().map(|&i| variance.at(channel, i)).sum::<f64>();
             let (a, b) = (sum(&picture.rgb), sum(&reference.rgb));
             let difference = a - b;
-            let error =
-                (noise(own[channel]) + noise(others[channel]) + (ROUNDING * a.abs().max(b.abs())).powi(2))
-                    .sqrt();
+            let error = (noise(own) + noise(others) + (ROUNDING * a.abs().max(b.abs())).powi(2)).sqrt();
             worst.tests += 1;
             // Without noise and light on both sides there is nothing to test.
             if difference != 0.0 && (difference / error).abs() > worst.worst_z.abs() {

@@ -14,10 +14,12 @@ mod read;
 pub mod sums;
 pub mod tev;
 pub mod tonemap;
+mod variance;
 pub mod write;
 
 pub use crate::picture_file::Attribute;
 pub use error::FilmError;
+pub use variance::Variance;
 
 /// Pixels of a picture: a rectangle of them, or a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +63,9 @@ impl Region {
     }
 }
 
+/// Attribute of files whose layer `variance` is scaled, see [`Picture::variance_scale`].
+pub const VARIANCE_SCALE: &str = "varianceScale";
+
 /// A scene-linear Rec.709 picture in `f32` with what belongs to it, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
@@ -70,6 +75,9 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
     /// Further data per pixel, see [`Layer`].
     pub layers: Vec<Layer>,
+    /// What the values of the layer `variance` are to be multiplied by, a power of two; `None`: they are as they are. Files
+    /// have it as their attribute [`VARIANCE_SCALE`].
+    pub variance_scale: Option<f64>,
     /// Name and value, written as attributes of the file. Names are unique and no attribute names of OpenEXR.
     pub metadata: Vec<(String, Attribute)>,
 }
@@ -77,7 +85,8 @@ pub struct Picture {
 /// Named data per pixel beside the radiance.
 ///
 /// The names in use: `albedo` (R, G, B), `normal` (X, Y, Z), `depth` (Z), `samples` (Y), and `variance` (R, G, B):
-/// the estimated variance of the pixel's *mean*, that is the square of its standard error.
+/// the estimated variance of the pixel's *mean*, that is the square of its standard error, in the units of
+/// [`Picture::variance_scale`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
     /// The part of a channel's name before its last dot; empty for a channel without one, such as `A`.

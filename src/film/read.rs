@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{FilmError, Picture, png};
+use super::{Attribute, FilmError, Picture, VARIANCE_SCALE, png};
 use crate::picture_file::{PictureFile, PictureFileError};
 
 impl Picture {
@@ -19,6 +19,11 @@ impl Picture {
             file.rgb().map_err(|reason| PictureFileError::Unusable { path: path.to_owned(), reason })?;
         let mut picture = Self::new(file.width, file.height, rgb);
         picture.metadata = file.attributes;
+        picture.variance_scale = match picture.attribute(VARIANCE_SCALE) {
+            Some(&Attribute::Number(scale)) => Some(scale),
+            _ => None,
+        };
+        picture.metadata.retain(|(name, _)| name != VARIANCE_SCALE);
         for (name, samples) in file.channels {
             if !matches!(name.as_str(), "R" | "G" | "B") {
                 let (layer, channel) = name.rsplit_once('.').unwrap_or(("", &name));

@@ -103,18 +103,12 @@ impl FilmSums {
         let rgb =
             totals.iter().map(|pixel| pixel.mean().map(|mean| (mean * radiance_scale) as f32)).collect();
         let mut picture = Picture::new(self.width, self.height, rgb);
-        let variance = |channel: usize| {
-            let scale_sq = radiance_scale * radiance_scale;
-            totals.iter().map(|pixel| (pixel.variance_of_mean(channel) * scale_sq) as f32).collect()
-        };
-        picture.layers.push(Layer {
-            name: "variance".into(),
-            channels: ["R", "G", "B"]
-                .iter()
-                .enumerate()
-                .map(|(i, name)| (name.to_string(), variance(i)))
-                .collect(),
-        });
+        let scale_sq = radiance_scale * radiance_scale;
+        picture.push_variance(
+            [0, 1, 2].map(|channel| {
+                totals.iter().map(|pixel| pixel.variance_of_mean(channel) * scale_sq).collect()
+            }),
+        );
         let samples = totals.iter().map(|pixel| pixel.count as f32).collect();
         picture.layers.push(Layer { name: "samples".into(), channels: vec![("Y".into(), samples)] });
         picture

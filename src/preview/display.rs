@@ -142,11 +142,10 @@ fn to_image(width: u32, height: u32, pixels: &[[u8; 3]]) -> Option<ColorImage> {
 
 /// Standard error of each pixel over its value, with a hundredth of the picture's mean added to that.
 fn standard_errors(picture: &Picture) -> Option<Vec<f64>> {
-    let channels = ["R", "G", "B"].map(|name| picture.channel("variance", name));
-    let [red, green, blue] = [channels[0]?, channels[1]?, channels[2]?];
+    let known = picture.variance()?;
     let epsilon = 0.01 * mean(picture);
     let relative = |(index, rgb): (usize, &[f32; 3])| {
-        let variance: f64 = [red, green, blue].iter().map(|channel| f64::from(channel[index])).sum();
+        let variance: f64 = (0..3).map(|channel| known.at(channel, index)).sum();
         3f64.sqrt() * variance.sqrt() / (sum(rgb) + 3.0 * epsilon).max(f64::MIN_POSITIVE)
     };
     Some(picture.rgb.iter().enumerate().map(relative).collect())

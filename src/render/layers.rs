@@ -33,11 +33,14 @@ pub(super) fn first_hit_layers(hits: &[FirstHitPixel], unit: &UnitSpace) -> [Lay
     ]
 }
 
+/// Unit of the sums of dim squares in `shaders/film_accumulate.wgsl`, which are negative: -2^-120.
+const DIM_UNIT: f64 = -1.0 / (1u128 << 120) as f64;
+
 /// A pixel of the film as the device hands it over.
 pub fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
     let mut sums = PixelSums {
         sum: pixel.sum.map(f64::from),
-        sum_sq: pixel.sum_sq.map(f64::from),
+        sum_sq: pixel.sum_sq.map(|value| f64::from(value) * if value < 0.0 { DIM_UNIT } else { 1.0 }),
         count: u64::from(pixel.count),
         groups: u64::from(pixel.open_groups >> 8),
         non_finite: u64::from(pixel.non_finite),

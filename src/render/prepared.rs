@@ -123,6 +123,7 @@ impl Prepared {
             dropped_triangles: uploaded.dropped_triangles,
             lights: device_scene.lights.len(),
             features: device_scene.features,
+            compiled: Vec::new(),
             memory: Vec::new(),
             kernels: Default::default(),
         };

@@ -292,6 +292,7 @@ impl Renderer {
         report.rays = wavefront.ray_counts(&self.context)?;
         report.non_finite = sums.non_finite() + report.rays.non_finite_vertices;
         report.kernels = wavefront.kernel_times();
+        report.compiled = wavefront.compiled().to_vec();
         report.memory = wavefront.buffers.sizes();
         if self.learning.is_some() {
             let reason = "the render ended before learning did";

@@ -36,6 +36,8 @@ pub struct Report {
     pub round_samples: Vec<u32>,
     /// What was chosen without being asked for, and why.
     pub choices: Vec<Choice>,
+    /// Kernels that were compiled, in order; again where one has several forms.
+    pub compiled: Vec<String>,
     /// Bytes by buffer.
     pub memory: Vec<(String, u64)>,
     /// Seconds and dispatches by kernel, where timed.

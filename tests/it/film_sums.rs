@@ -4,7 +4,9 @@
 use glam::{DVec3, Vec3};
 use halfway::device::layout::{Batch, Counts, FilmPixel};
 use halfway::device::{BufferTable, Kernel};
+use halfway::film::average::average;
 use halfway::film::sums::{FilmSums, PixelSums, SAMPLES_A_FLUSH};
+use halfway::film::{Picture, exr, metric};
 use halfway::integrator::View;
 use halfway::render::{Budget, RenderOptions, Renderer, pixel_sums};
 use halfway::scene::builtin::shapes::{looking_at, quad};
@@ -84,6 +86,75 @@ fn n18_samples_that_are_not_finite_are_counted_and_left_out() {
         let mut sum = pixel.sum;
         sum.sort_by(f64::total_cmp);
         assert_eq!(sum, [2.0, 2.0, 3.0]);
+    }
+}
+
+/// A picture may be dimmer than the strongest light of its scene by any factor that f32 knows, and the squares of its
+/// samples lie below that range.
+#[test]
+fn n18_squares_of_dim_samples_do_not_vanish() {
+    let groups = |groups: &[f32]| {
+        let samples = groups.iter().flat_map(|&value| [value; 8 * PIXELS as usize]);
+        let radiance: Vec<[f32; 4]> = samples.map(|value| [value, 0.0, 3.0 * value, 0.0]).collect();
+        let samples = 8 * groups.len() as u32;
+        pixel_sums(&accumulated(&radiance, samples, samples)[1])
+    };
+    let bright = groups(&[1.0, 5.0, 2.0]);
+    assert_eq!(bright.sum_sq, [240.0, 0.0, 2160.0]);
+    for k in [-20, -48, -53, -55, -63, -80, -100, -120] {
+        let dim = groups(&[1.0, 5.0, 2.0].map(|value| value * 2f32.powi(k)));
+        assert_eq!(dim.sum, bright.sum.map(|sum| sum * 2f64.powi(k)), "2^{k}");
+        assert_eq!(dim.sum_sq, bright.sum_sq.map(|sum| sum * 2f64.powi(2 * k)), "2^{k}");
+        assert!(dim.variance(0) > 0.0);
+    }
+    // Dim ones and others, in any order.
+    let [dim, other] = [-53, -50].map(|k| 2f32.powi(k));
+    let expected = 8.0 * (f64::from(dim).powi(2) + f64::from(other).powi(2));
+    for order in [[dim, 0.0, other], [other, dim, 0.0], [0.0, dim, other]] {
+        assert_eq!(groups(&order).sum_sq[0], expected, "{order:?}");
+    }
+    assert_eq!(groups(&[2f32.powi(-90), 1.0, 2f32.powi(-90)]).sum_sq[0], 8.0);
+}
+
+/// The layer of variances is in f32, and squares go twice as far as radiance does.
+#[test]
+fn variances_fit_their_layer_at_any_scale() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let film = {
+        let mut pixels = [PixelSums::default(); 2];
+        for (pixel, sums) in pixels.iter_mut().zip([[8.0, 24.0], [80.0, 16.0]]) {
+            sums.iter().for_each(|&sum| pixel.add_group([sum, 2.0 * sum, 0.5 * sum], 8));
+        }
+        let mut film = FilmSums::new(2, 1);
+        film.add(pixels.into_iter());
+        film
+    };
+    let variances = |picture: &Picture| -> Vec<f64> {
+        let variance = picture.variance().expect("a layer");
+        (0..6).map(|index| variance.at(index % 3, index / 3)).collect()
+    };
+    let plain = film.picture(1.0);
+    assert_eq!(plain.variance_scale, None);
+    let expected: Vec<f64> =
+        film.pixels.iter().flat_map(|pixel| [0, 1, 2].map(|channel| pixel.variance(channel))).collect();
+    assert_eq!(variances(&plain), expected);
+    for k in [-120, -100, -60, -20, 20, 60, 100, 120] {
+        let picture = film.picture(2f64.powi(k));
+        let path = folder.path().join("picture.exr");
+        exr::write(&path, &picture).expect("written");
+        let read = Picture::read(&path).expect("read");
+        assert_eq!(read.variance_scale, picture.variance_scale);
+        let expected: Vec<f64> = expected.iter().map(|variance| variance * 2f64.powi(2 * k)).collect();
+        assert_eq!(variances(&read), expected, "2^{k}");
+        let stored = read.channel("variance", "R").expect("a layer");
+        assert!(stored.iter().all(|value| value.is_normal()), "2^{k}: {stored:?}");
+        let both = average([&read, &picture], [1.0; 2]).expect("one size");
+        let halves: Vec<f64> = expected.iter().map(|variance| 0.5 * variance).collect();
+        assert_eq!(variances(&both), halves, "2^{k}");
+        // What is said of the noise does not depend on the scale.
+        let noise = |picture: &Picture| metric::reference_noise(picture).expect("light").expect("two groups");
+        let difference = noise(&read).mape / noise(&plain).mape - 1.0;
+        assert!(difference.abs() < 1e-6, "2^{k}: {difference:e}");
     }
 }
 

@@ -7,7 +7,7 @@ use halfway::render::RenderOptions;
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Camera, Material, Mesh, Projection, Scene};
 
-use crate::shots::{assert_same_light, options, render};
+use crate::shots::{Shot, assert_same_light, options, render};
 
 const SIZE: [u32; 2] = [16, 16];
 
@@ -83,13 +83,38 @@ fn brightened(scene: &Scene, k: i32) -> Scene {
 #[test]
 fn c21_exposure_changes_no_bit() {
     for scene in [scene("cornell"), absorbing_spheres(), scene("three-lights")] {
-        let original = picture(&scene);
+        let shot = |scene: &Scene| render(scene, options(SIZE, 24));
+        let Shot { picture: original, report } = shot(&scene);
+        let estimated = report.estimated_error.expect("three groups");
+        assert!((0.01..10.0).contains(&estimated), "{estimated}");
         for k in [-100, -60, -1, 1, 60, 100] {
-            let picture = picture(&brightened(&scene, k));
+            let Shot { picture, report } = shot(&brightened(&scene, k));
+            assert_eq!(report.estimated_error, Some(estimated), "{} times 2^{k}", scene.name);
+            let [known, expected] = [&picture, &original].map(|p| p.variance().expect("a layer"));
+            for (pixel, channel) in (0..known.pixels()).flat_map(|pixel| (0..3).map(move |c| (pixel, c))) {
+                let expected = expected.at(channel, pixel) * 2f64.powi(2 * k);
+                assert_eq!(known.at(channel, pixel), expected, "{} times 2^{k}", scene.name);
+            }
             let expected: Vec<[f32; 3]> = original.rgb.iter().map(|rgb| rgb.map(|c| c * power(k))).collect();
             assert!(expected.iter().flatten().all(|&c| c == 0.0 || c.is_normal()), "f32 can hold it");
             assert_eq!(picture.rgb, expected, "{} times 2^{k}", scene.name);
         }
+    }
+}
+
+/// A lamp that lights nothing in sight makes all else dim beside it: so are squares, but the error stays what it is.
+#[test]
+fn c21_a_sealed_lamp_changes_no_estimate() {
+    let estimate = |k: i32| {
+        let report = render(&sealed_lamp(12.0 * power(k)), options(SIZE, 64)).report;
+        report.estimated_error.expect("eight groups")
+    };
+    let estimated = estimate(40);
+    assert!((0.01..10.0).contains(&estimated), "{estimated}");
+    for k in [60, 80, 100] {
+        let other = estimate(k);
+        println!("2^{k}: {other}, not {estimated}");
+        assert!((other / estimated - 1.0).abs() < 1e-3, "2^{k}: {other} is not {estimated}");
     }
 }
 
@@ -137,6 +162,18 @@ fn cornell() -> Scene {
     scene.meshes.iter_mut().for_each(|mesh| mesh.uvs = [None, None]);
     let (eye, target) = (DVec3::new(0.0, 0.8, 4.4), DVec3::new(0.0, 0.75, 0.0));
     scene.cameras = vec![shapes::looking_at("low", eye, target, 22.0)];
+    scene
+}
+
+/// The same with a lamp inside the tall block.
+fn sealed_lamp(emission: f32) -> Scene {
+    let mut scene = cornell();
+    let material = scene.materials.len() as u32;
+    let lambert = Material::lambert("sealed", Vec3::splat(0.5));
+    scene.materials.push(Material { emission: Vec3::splat(emission), ..lambert });
+    let corner = DVec3::new(-0.44, 0.6, -0.44);
+    let quad = shapes::quad(corner, DVec3::X * 0.2, DVec3::Z * 0.2);
+    scene.meshes.push(Mesh { name: "sealed".into(), material, ..quad });
     scene
 }
 
@@ -192,16 +229,8 @@ fn c23_rearranged_scenes_have_the_same_light() {
     *lamp = in_four(lamp);
     again("the lamp in four", &lamp_in_four);
 
-    // As strong as the lamp that is seen, inside the tall block.
-    let mut sealed = cornell();
-    let material = sealed.materials.len() as u32;
-    sealed
-        .materials
-        .push(Material { emission: Vec3::splat(12.0), ..Material::lambert("sealed", Vec3::splat(0.5)) });
-    let corner = DVec3::new(-0.44, 0.6, -0.44);
-    let quad = shapes::quad(corner, DVec3::X * 0.2, DVec3::Z * 0.2);
-    sealed.meshes.push(Mesh { name: "sealed".into(), material, ..quad });
-    again("a lamp that is not seen", &sealed);
+    // As strong as the lamp that is seen.
+    again("a lamp that is not seen", &sealed_lamp(12.0));
 
     again("axes in another order", &axes_permuted(cornell()));
 }

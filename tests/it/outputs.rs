@@ -1,5 +1,7 @@
 //! The outputs of `halfway render`: each is tried before rendering and saved by itself.
 
+use std::io::Read as _;
+use std::net::TcpListener;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -69,4 +71,58 @@ fn r04_an_output_that_fails_keeps_no_other_from_being_written() {
     assert_eq!(run.printed, "b.png\nc.exr\n");
     assert_eq!(case.files(), ["b.png", "c.exr", "d.json"]);
     assert!(!is_black(&case.picture("c.exr")));
+}
+
+/// The kernels that a render compiled and the buffers that it made, sorted.
+fn made(case: &Case, arguments: &str) -> [Vec<String>; 2] {
+    case.run(&format!("render builtin:cornell --size 8x8 --spp 1 --stats stats.json {arguments}"))
+        .assert(0, &[]);
+    let text = std::fs::read_to_string(case.path("stats.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let list = |key: &str| report[key].as_array().expect("a list").iter();
+    let name = |value: &serde_json::Value| value.as_str().expect("a name").to_string();
+    let mut made =
+        [list("compiled").map(name).collect::<Vec<_>>(), list("memory").map(|m| name(&m[0])).collect()];
+    made.iter_mut().for_each(|names| names.sort());
+    made
+}
+
+/// Albedo, normal and depth take rays, a kernel and 32 bytes per pixel: only where an output has them.
+#[test]
+fn s04_outputs_choose_what_is_compiled_and_made() {
+    let case = Case::new();
+    let viewer = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = viewer.local_addr().expect("an address");
+    std::thread::spawn(move || viewer.accept().map(|(mut caller, _)| caller.read_to_end(&mut Vec::new())));
+    let png = made(&case, "-o a.png");
+    let kernels = [
+        "camera_rays",
+        "closest_hit",
+        "film_accumulate",
+        "occlusion",
+        "path_shade",
+        "queue_advance",
+        "shadow_advance",
+    ];
+    assert_eq!(png[0], kernels);
+    assert_eq!(made(&case, "-o b.png -o c.png --view srgb"), png);
+    let exr = made(&case, "-o a.png -o a.exr");
+    let trace = "-o a.png --reference a.exr --trace-error a.csv";
+    assert_eq!(made(&case, trace), png, "{trace}");
+    let mut whole = png.clone();
+    whole[0].push("first_hit".into());
+    whole[1].push("first_hits".into());
+    whole.iter_mut().for_each(|names| names.sort());
+    assert_eq!(exr, whole);
+    assert_eq!(made(&case, &format!("-o a.png --tev {address}")), whole);
+    // Subspaces have shades by the normals.
+    for (arguments, first_hits) in [
+        ("-i bdpt --max-depth 1 -o a.png", false),
+        ("-i bdpt --max-depth 1 -o a.png --strategies all", true),
+        ("-i spcbpt --train-paths 2000 -o a.png --debug subspaces", true),
+    ] {
+        let [kernels, buffers] = made(&case, arguments);
+        assert_eq!(kernels.contains(&"first_hit".into()), first_hits, "{arguments}");
+        assert_eq!(buffers.contains(&"first_hits".into()), first_hits, "{arguments}");
+    }
 }

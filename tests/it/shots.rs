@@ -53,13 +53,13 @@ impl Shot {
 
     /// Mean of one channel over the pixels from `first` (column, row) on, `size` of them.
     pub fn part(&self, channel: usize, first: [u32; 2], size: [u32; 2]) -> Estimate {
-        let variance = self.picture.channel("variance", ["R", "G", "B"][channel]).expect("a variance layer");
+        let variance = self.picture.variance().expect("a variance layer");
         let (mut sum, mut noise) = (0.0, 0.0);
         for row in first[1]..first[1] + size[1] {
             for column in first[0]..first[0] + size[0] {
                 let pixel = (row * self.picture.width + column) as usize;
                 sum += f64::from(self.picture.rgb[pixel][channel]);
-                noise += f64::from(variance[pixel]);
+                noise += variance.at(channel, pixel);
             }
         }
         let count = f64::from(size[0] * size[1]);

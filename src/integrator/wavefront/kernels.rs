@@ -49,6 +49,8 @@ pub(super) struct Compiler {
     pub features: Features,
     pub constants: Vec<(&'static str, f64)>,
     pub time: Duration,
+    /// Of all kernels so far.
+    pub names: Vec<String>,
 }
 
 impl Compiler {
@@ -66,6 +68,7 @@ impl Compiler {
         );
         let kernel = Kernel::new(context, name, features, &self.constants)?;
         self.time += kernel.compile_time;
+        self.names.push(name.to_string());
         Ok(kernel)
     }
 }

@@ -78,7 +78,7 @@ impl Wavefront {
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CONNECTIONS_IN_FLIGHT", f64::from(form.connections)));
         constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
-        let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO };
+        let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO, names: Vec::new() };
         let kernels = SharedKernels::new(context, &mut compiler, &settings)?;
 
         let mut buffers = std::mem::take(&mut scene.buffers);
@@ -121,6 +121,11 @@ impl Wavefront {
     /// Time that compiling has taken so far; drivers may take more at the first dispatch.
     pub fn compile_time(&self) -> Duration {
         self.compiler.time
+    }
+
+    /// The kernels that were compiled so far, in order.
+    pub fn compiled(&self) -> &[String] {
+        &self.compiler.names
     }
 
     /// Another view, of no more pixels than the first; what there is of the last has to be [`reset`](Self::reset).
