@@ -102,6 +102,7 @@ mod tests {
 
     use super::*;
     use crate::bench::trade::Goal;
+    use crate::integrator::method::Setting;
     use crate::integrator::{METHODS, View};
     use crate::training::When;
 
@@ -244,8 +245,6 @@ mod tests {
         defaults.insert("roulette_cap".into(), RenderOptions::default().view.roulette_cap.to_string());
         for (name, text) in [
             ("roulette_cap", "0.3"),
-            ("lvcbpt.connections", "3"),
-            ("spcbpt.connections", "3"),
             ("training.least_gain", "0.03"),
             ("training.settings.source_share", "0.1"),
             ("training.settings.direction_weight", "0.0"),
@@ -257,6 +256,10 @@ mod tests {
             ("training.settings.held_out", "0.1"),
         ] {
             assert_eq!(defaults.get(name).map(String::as_str), Some(text), "{name}");
+        }
+        for method in METHODS.iter().filter(|method| method.takes(Setting::Connections)) {
+            let name = format!("{}.connections", method.name);
+            assert_eq!(defaults.get(&name).map(String::as_str), Some("3"), "{name}");
         }
     }
 }

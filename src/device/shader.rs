@@ -41,6 +41,8 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/alias",
     "lib/alpha",
     "lib/bsdf",
+    "lib/bsdf_lambert",
+    "lib/bsdf_microfacet",
     "lib/camera",
     "lib/color",
     "lib/connect",

@@ -3,7 +3,7 @@
 
 use crate::device::{Feature, Features};
 
-use super::plan::{LightPaths, Plan, Selector, Weights};
+use super::plan::{LightPaths, Plan, Weights};
 
 /// What all kernels of a wavefront for a plan may have in common, for a scene and a device with these features.
 pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
@@ -70,7 +70,7 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
         kernels.extend([("camera_connections", light), ("occlusion", splats)]);
     }
     if let Some(selector) = plan.selector {
-        let connections = form.with(connection_features(selector));
+        let connections = form.with(selector.features());
         kernels.extend([("light_scan", form), ("light_order", form), ("light_connections", connections)]);
     }
     if form.contains(Feature::Subspaces) {
@@ -92,12 +92,4 @@ pub(crate) fn light_features(plan: &Plan) -> Vec<Feature> {
     }
     features.push(if plan.selector.is_some() { Feature::LightCache } else { Feature::LightOnly });
     features
-}
-
-/// What the kernel of connections has beside its form.
-pub(crate) fn connection_features(selector: Selector) -> &'static [Feature] {
-    match selector {
-        Selector::OwnPath => &[Feature::OwnLightPath],
-        Selector::Uniform | Selector::Subspaces => &[],
-    }
 }

@@ -16,7 +16,7 @@ use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::subspace::Model;
 
-pub use bidirectional::settings::{Bdpt, DEFAULT_CONNECTIONS, LightTracing, LvcBpt, MAX_CONNECTIONS, SpcBpt};
+pub use bidirectional::settings::*;
 pub use method::{Descriptor, METHODS, Method};
 pub use plan::{LightPaths, Plan, Selector, Weights};
 pub use view::{DEFAULT_ROULETTE_CAP, View};

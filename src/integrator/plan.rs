@@ -1,5 +1,7 @@
 //! What a method comes down to. This is the only place that asks which method it is: all other code reads the plan.
 
+use crate::device::Feature;
+
 use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, SPCBPT};
 
 /// Where the light paths of an iteration come from.
@@ -23,6 +25,16 @@ pub enum Selector {
     Uniform,
     /// A light subspace by Gamma, then a vertex of it by its power.
     Subspaces,
+}
+
+impl Selector {
+    /// What the kernel of connections is compiled with.
+    pub fn features(self) -> &'static [Feature] {
+        match self {
+            Self::OwnPath => &[Feature::OwnLightPath],
+            Self::Uniform | Self::Subspaces => &[],
+        }
+    }
 }
 
 /// What goes into the weights of multiple importance sampling: `shaders/lib/weights_*.wgsl`.
@@ -140,6 +152,16 @@ impl Plan {
     /// Finds paths in more than one way, each of which can be shown alone.
     pub fn has_strategies(&self) -> bool {
         self.selector.is_some()
+    }
+
+    /// Eye and light vertices are connected, and weights take the density of a connection as the same for all pairs.
+    pub fn connects_by_ratio(&self) -> bool {
+        self.selector.is_some() && self.weights == Weights::Ratio
+    }
+
+    /// That density follows from the mean number of vertices on a light path.
+    pub fn needs_mean_length(&self) -> bool {
+        self.shares_cache() && self.connects_by_ratio()
     }
 
     /// Eye vertices are connected to a cache that light paths of all pixels are in.

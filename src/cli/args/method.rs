@@ -48,16 +48,16 @@ pub struct MethodArgs {
     /// How light is transported.
     #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = METHODS[0].name)]
     integrator: &'static Descriptor,
-    /// Light paths for each sample of the whole picture; a few samples may share theirs (default: lvcbpt and spcbpt a
-    /// quarter of the number of pixels, light as many as pixels).
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M",
+          help = format!("Light paths for each sample of the whole picture; a few samples may share theirs ({}; default: a \
+                          quarter of the number of pixels, light as many as pixels)", names_of(Setting::LightPaths)))]
     light_paths: Option<u32>,
     #[arg(long, value_name = "N",
           help = format!("Connections of each vertex of an eye path to the light vertex cache, 1 to {MAX_CONNECTIONS} \
-                          (lvcbpt, spcbpt; default: {DEFAULT_CONNECTIONS})"))]
+                          ({}; default: {DEFAULT_CONNECTIONS})", names_of(Setting::Connections)))]
     connections: Option<u32>,
-    /// Connect light paths to the camera as well (bdpt, lvcbpt, spcbpt): finds caustics.
-    #[arg(long)]
+    #[arg(long, help = format!("Connect light paths to the camera as well ({}): finds caustics",
+                               names_of(Setting::LightTracing)))]
     light_tracing: bool,
     /// When spcbpt learns (default: meanwhile on a GPU unless --spp is given, else first). Only first makes the same
     /// picture again.

@@ -142,10 +142,7 @@ impl Bidirectional {
         let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
         Batch {
             light_path_count: light_paths,
-            connection_density: match self.plan.selector {
-                Some(Selector::OwnPath | Selector::Uniform) => self.connection_density,
-                Some(Selector::Subspaces) | None => 0.0,
-            },
+            connection_density: self.connection_density,
             camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
             ..batch
         }

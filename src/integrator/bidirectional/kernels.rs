@@ -3,7 +3,7 @@
 use super::Bidirectional;
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
 use crate::integrator::Plan;
-use crate::integrator::kernels::{connection_features, light_features};
+use crate::integrator::kernels::light_features;
 use crate::integrator::wavefront::{Bounce, Size, Stage, Wavefront};
 
 /// Compiled once.
@@ -81,14 +81,11 @@ impl LightKernels {
         };
         let cache = match plan.selector {
             None => None,
-            Some(selector) => {
-                let of_connections = connection_features(selector);
-                Some(CacheKernels {
-                    scan: wavefront.compile(context, "light_scan", &[])?,
-                    order: wavefront.compile(context, "light_order", &[])?,
-                    connections: wavefront.compile(context, "light_connections", of_connections)?,
-                })
-            }
+            Some(selector) => Some(CacheKernels {
+                scan: wavefront.compile(context, "light_scan", &[])?,
+                order: wavefront.compile(context, "light_order", &[])?,
+                connections: wavefront.compile(context, "light_connections", selector.features())?,
+            }),
         };
         Ok(Self {
             rays: wavefront.compile(context, "light_rays", &features)?,

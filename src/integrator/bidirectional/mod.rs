@@ -17,7 +17,7 @@ use crate::film::Region;
 use crate::subspace::Model;
 
 use super::wavefront::{Form, Wavefront};
-use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Selector, Settings};
+use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Settings};
 use kernels::{Kernels, Stages};
 use subspaces::Subspaces;
 
@@ -102,7 +102,8 @@ impl Bidirectional {
             plan,
             light_paths: 1,
             iteration: 1,
-            connection_density: 1.0,
+            // Each pair of vertices once, unless the pilot knows better; weights by subspaces have their own.
+            connection_density: if plan.connects_by_ratio() { 1.0 } else { 0.0 },
             kernels,
             subspaces,
             capacity: 0,
@@ -111,7 +112,7 @@ impl Bidirectional {
         };
         integrator.divide();
         integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
-        if lights && plan.selector == Some(Selector::Uniform) {
+        if lights && plan.needs_mean_length() {
             let vertices_per_path = integrator.vertices_per_path(context)?;
             integrator.connection_density = plan.connections as f32 / vertices_per_path as f32;
         }
@@ -153,12 +154,12 @@ impl Bidirectional {
 
     /// Light paths that the cache must hold at a time.
     fn cached_paths(&self) -> u32 {
-        match self.plan.selector {
-            Some(Selector::Uniform | Selector::Subspaces) => {
-                self.light_paths.saturating_mul(self.iteration).max(PILOT_PATHS)
-            }
-            Some(Selector::OwnPath) => self.light_paths.min(self.wavefront.capacity),
-            None => 0,
+        if self.plan.shares_cache() {
+            self.light_paths.saturating_mul(self.iteration).max(PILOT_PATHS)
+        } else if self.plan.selector.is_some() {
+            self.light_paths.min(self.wavefront.capacity)
+        } else {
+            0
         }
     }
 
