@@ -7,7 +7,7 @@ use super::CliError;
 use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
 use crate::film::tonemap::ViewTransform;
-use crate::film::{Picture, exr, png, tev};
+use crate::film::{Exposure, Picture, exr, png, tev};
 use crate::render::{Origin, Renderer, Report};
 
 /// Between two pictures for a viewer.
@@ -20,8 +20,7 @@ pub struct Output {
     /// How the files came to be.
     pub origin: Origin,
     pub view: ViewTransform,
-    /// Stops.
-    pub exposure: f32,
+    pub exposure: Exposure,
     pub save_every: Option<Duration>,
     pub viewer: Option<tev::Viewer>,
     /// In the viewer.
@@ -82,7 +81,7 @@ impl Output {
         picture.metadata = report.metadata(&self.origin);
         for file in &self.files {
             if file.extension().is_some_and(|extension| extension == "png") {
-                png::write(file, &picture, self.view, self.exposure)
+                png::write(file, &picture, self.view, self.exposure.stops(&picture))
             } else {
                 exr::write(file, &picture)
             }?;

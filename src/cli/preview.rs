@@ -12,6 +12,7 @@ use super::args::{
     say_what_is_missing,
 };
 use super::{CliError, Exit, progress};
+use crate::film::Exposure;
 use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
@@ -57,6 +58,12 @@ fn load(source: &SceneArgs, camera: &CameraArgs) -> Result<Arc<Scene>, CliError>
 /// # Errors
 /// Bad input, no desktop, no device.
 pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
+    let Exposure::Stops(exposure) = args.view.exposure else {
+        return Err(InputError::Usage(
+            "--exposure auto is for finished pictures; in the window + and - change the exposure".into(),
+        )
+        .into());
+    };
     // Before anything that takes long.
     let display = Display::open()?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, ""));
@@ -97,7 +104,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
         samples: args.spp,
         reference,
         view: args.view.view,
-        exposure: args.view.exposure,
+        exposure,
         output,
         title: args.scene.scene.display().to_string(),
         command_line: command_line(),

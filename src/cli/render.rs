@@ -17,7 +17,7 @@ use super::progress::{self, Meter};
 use super::trace::TraceArgs;
 use super::{CliError, Exit, strategies, summary};
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::film::{Region, tev};
+use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::View;
 use crate::render::{
     Budget, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop, TimeLimit,
@@ -133,7 +133,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     };
     let stop = render(&mut renderer, &mut output, meter(quiet, &options.budget, learning), &options.budget)?;
     let report = renderer.report()?;
-    let judged = output.finish(renderer.picture()?, &report)?;
+    let picture = renderer.picture()?;
+    let stops = output.exposure.stops(&picture);
+    let lost = Lost::judge(&picture, output.view, stops);
+    let judged = output.finish(picture, &report)?;
 
     if let Some(path) = &args.stats {
         summary::write_stats(path, serde_json::to_value(&report)?, &context, load_seconds)?;
@@ -141,7 +144,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     if !quiet {
         summary::rendered(&report, load_seconds, &options);
         judged.iter().for_each(summary::judged);
+        if output.exposure == Exposure::Auto {
+            eprintln!("--exposure auto is {stops} stops");
+        }
     }
+    lost.iter().for_each(|lost| log::warn!("{lost}"));
     output.files.iter().for_each(|file| println!("{}", file.display()));
     if let Some(debug) = args.debug {
         for path in debug.write(&mut renderer, &output.files[0])? {

@@ -15,7 +15,7 @@ use crate::film::Picture;
 
 pub use camera::{CameraArgs, CameraNameArgs};
 pub use error::InputError;
-pub use parse::{parse_crop, parse_duration, parse_probability, parse_size};
+pub use parse::{parse_crop, parse_duration, parse_exposure, parse_probability, parse_size, parse_stops};
 pub use scene::{SceneArgs, say_what_is_missing};
 
 /// How this program was called, for files that say how they came to be.
