@@ -24,11 +24,12 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
         report.estimated_error.map_or(String::new(), |e| format!(", estimated error {:.2} %", 100.0 * e));
     eprintln!(
         "{} spp in {:.2} s ({:.2} M samples/s){error}; {reason}. Before that: loading {load_seconds:.2} s, BVH {:.2} s, \
-         compiling {:.2} s.",
+         lights and upload {:.2} s, compiling {:.2} s.",
         report.samples,
         report.seconds,
         rate * 1e-6,
         report.accel_seconds,
+        report.upload_seconds,
         report.compile_seconds
     );
     say_choices(&report.choices);
