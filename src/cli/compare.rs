@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::args::parse_stops;
 use super::{CliError, Exit};
 use crate::film::metric::{self, Comparison, NoiseSource};
 use crate::film::tonemap::ViewTransform;
@@ -47,7 +48,8 @@ pub struct CompareArgs {
     #[arg(long)]
     pub view: Option<ViewTransform>,
     /// Stops of exposure for psnr and flip.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true,
+          value_parser = parse_stops)]
     pub exposure: f32,
     /// Print JSON in place of the table.
     #[arg(long)]

@@ -7,7 +7,7 @@ use super::saves::Saves;
 use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
 use crate::film::tonemap::ViewTransform;
-use crate::film::{FilmError, Picture, exr, png, tev};
+use crate::film::{Exposure, FilmError, Picture, exr, png, tev};
 use crate::render::{Origin, RenderError, Renderer, Report};
 
 /// Between two pictures for a viewer.
@@ -20,8 +20,7 @@ pub struct Output {
     /// How the files came to be.
     pub origin: Origin,
     pub view: ViewTransform,
-    /// Stops.
-    pub exposure: f32,
+    pub exposure: Exposure,
     pub save_every: Option<Duration>,
     pub viewer: Option<tev::Viewer>,
     /// In the viewer.
@@ -133,7 +132,7 @@ impl Output {
 
     fn write(&self, file: &Path, picture: &Picture) -> Result<(), FilmError> {
         match is_png(file) {
-            true => png::write(file, picture, self.view, self.exposure),
+            true => png::write(file, picture, self.view, self.exposure.stops(picture)),
             false => exr::write(file, picture),
         }
     }

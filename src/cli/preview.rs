@@ -11,6 +11,7 @@ use super::args::{
     CameraArgs, InputError, SceneArgs, default_output, read_reference, say_what_is_missing, try_output,
 };
 use super::{CliError, Exit, progress, text};
+use crate::film::Exposure;
 use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::RenderOptions;
@@ -56,6 +57,12 @@ fn load(source: &SceneArgs, camera: &CameraArgs) -> Result<Arc<Scene>, CliError>
 /// # Errors
 /// Bad input, no desktop, no device.
 pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
+    let Exposure::Stops(exposure) = args.view.exposure else {
+        return Err(InputError::Usage(
+            "--exposure auto is for finished pictures; in the window + and - change the exposure".into(),
+        )
+        .into());
+    };
     // Before anything that takes long.
     let display = Display::open()?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene, ""));
@@ -99,7 +106,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
         samples: args.spp,
         reference,
         view: args.view.view,
-        exposure: args.view.exposure,
+        exposure,
         output,
         title: args.scene.scene.display().to_string(),
         command_line: text::command_line(),

@@ -18,7 +18,7 @@ use super::saves::Saves;
 use super::trace::TraceArgs;
 use super::{CliError, Exit, strategies, summary, text};
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::film::{Region, tev};
+use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::View;
 use crate::render::{
     Budget, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop, TimeLimit,
@@ -136,7 +136,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     };
     let stop = render(&mut renderer, &mut output, meter(quiet, &options.budget, learning), &options.budget)?;
     let report = renderer.report()?;
-    let judged = output.finish(renderer.picture()?, &report);
+    let picture = renderer.picture()?;
+    let stops = output.exposure.stops(&picture);
+    let lost = Lost::judge(&picture, output.view, stops);
+    let exposure = output.exposure;
+    let judged = output.finish(picture, &report);
     let Output { files, mut saves, .. } = output;
 
     if let Some(path) = &args.stats {
@@ -147,7 +151,11 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     if !quiet {
         summary::rendered(&report, load_seconds, &options);
         judged.iter().for_each(summary::judged);
+        if exposure == Exposure::Auto {
+            eprintln!("--exposure auto is {stops} stops");
+        }
     }
+    lost.iter().for_each(|lost| log::warn!("{lost}"));
     if let Some(Err(error)) = args.debug.map(|debug| debug.write(&mut renderer, &files[0], &mut saves)) {
         saves.fail(error);
     }

@@ -29,11 +29,12 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
     };
     eprintln!(
         "{} spp in {:.2} s ({:.2} M samples/s){error}; {reason}. Before that: loading {load_seconds:.2} s, BVH {:.2} s, \
-         compiling {:.2} s.",
+         lights and upload {:.2} s, compiling {:.2} s.",
         report.samples,
         report.seconds,
         rate * 1e-6,
         report.accel_seconds,
+        report.upload_seconds,
         report.compile_seconds
     );
     say_choices(&report.choices);

@@ -4,6 +4,7 @@ pub mod average;
 pub mod contact_sheet;
 mod error;
 mod estimate;
+mod exposure;
 pub mod exr;
 pub mod false_color;
 pub mod flip;
@@ -19,6 +20,7 @@ pub mod write;
 
 pub use crate::picture_file::Attribute;
 pub use error::FilmError;
+pub use exposure::{Exposure, Lost, MAX_STOPS};
 pub use variance::Variance;
 
 /// Pixels of a picture: a rectangle of them, or a lattice.

@@ -6,7 +6,8 @@ use super::{Attribute, FilmError, Picture, VARIANCE_SCALE, png};
 use crate::picture_file::{PictureFile, PictureFileError};
 
 impl Picture {
-    /// Reads `.exr`, `.hdr`, `.pfm`, or `.png` (sRGB decoded to linear).
+    /// Reads `.exr`, `.hdr`, `.pfm`, or `.png` (sRGB decoded to linear). Of several layers with colours in an EXR, the
+    /// one that [`PictureFile::colors`] prefers becomes the picture, with a warning in the log where that is not clear.
     ///
     /// # Errors
     /// [`FilmError::Input`] when the file cannot be read, is damaged, or has no colours.
@@ -14,21 +15,24 @@ impl Picture {
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
             return png::read(path);
         }
-        let file = PictureFile::read(path)?;
-        let rgb =
-            file.rgb().map_err(|reason| PictureFileError::Unusable { path: path.to_owned(), reason })?;
-        let mut picture = Self::new(file.width, file.height, rgb);
+        let file = PictureFile::read(path, None)?;
+        let colors = file
+            .colors(None)
+            .map_err(|reason| PictureFileError::Unusable { path: path.to_owned(), reason })?;
+        for note in file.notes.iter().cloned().chain(colors.note()) {
+            log::warn!("{}: {note}", path.display());
+        }
+        let others: Vec<_> = file.channels.into_iter().filter(|(name, _)| !colors.come_from(name)).collect();
+        let mut picture = Self::new(file.width, file.height, colors.rgb);
         picture.metadata = file.attributes;
         picture.variance_scale = match picture.attribute(VARIANCE_SCALE) {
             Some(&Attribute::Number(scale)) => Some(scale),
             _ => None,
         };
         picture.metadata.retain(|(name, _)| name != VARIANCE_SCALE);
-        for (name, samples) in file.channels {
-            if !matches!(name.as_str(), "R" | "G" | "B") {
-                let (layer, channel) = name.rsplit_once('.').unwrap_or(("", &name));
-                picture.push_channel(layer, channel, samples);
-            }
+        for (name, samples) in others {
+            let (layer, channel) = name.rsplit_once('.').unwrap_or(("", &name));
+            picture.push_channel(layer, channel, samples);
         }
         Ok(picture)
     }

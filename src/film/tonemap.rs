@@ -16,7 +16,8 @@ impl ViewTransform {
     /// Linear Rec.709 radiance to linear Rec.709 display light in [0, 1]; `exposure` counts in stops (factor 2).
     pub fn display(self, exposure: f32, radiance: [f32; 3]) -> [f32; 3] {
         let gain = exposure.exp2();
-        let color = radiance.map(|channel| channel * gain);
+        // The curves make NaN of infinity.
+        let color = radiance.map(|channel| (channel * gain).clamp(-f32::MAX, f32::MAX));
         let shown = match self {
             Self::Neutral => neutral(color.map(|channel| channel.max(0.0))),
             Self::Srgb => color,

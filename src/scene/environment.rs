@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3A};
 use rayon::prelude::*;
 
 use crate::math::equal_area::square_to_azimuth;
-use crate::picture_file::{PictureFile, PictureFileError};
+use crate::picture_file::{PictureFile, PictureFileError, split_layer};
 use crate::scene::SceneError;
 
 /// The most texels along an edge of an [`EqualAreaMap`].
@@ -36,30 +36,29 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Reads `.exr`, `.hdr` or `.pfm`; scale 1, no rotation.
+    /// Reads `.exr`, `.hdr` or `.pfm`, or one layer of it as `FILE#LAYER`; scale 1, no rotation. Texels that are no
+    /// radiance are replaced, see [`repair`].
+    ///
+    /// What could not be honoured is added to `warnings`, already worded for the user.
     ///
     /// # Errors
-    /// [`SceneError::Picture`]: no such file, no picture, no colours, or a texel that is negative,
-    /// infinite or NaN.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let fail = |reason| SceneError::from(PictureFileError::Unusable { path: path.to_owned(), reason });
-        let picture = PictureFile::read(path)?;
-        let texels = picture.rgb().map_err(fail)?;
-        let bad = |texel: &[f32; 3]| !texel.iter().all(|value| value.is_finite() && *value >= 0.0);
-        if let Some(first) = texels.iter().position(bad) {
-            let count = texels.iter().filter(|texel| bad(texel)).count();
-            let (column, row) = (first as u32 % picture.width, first as u32 / picture.width);
-            return Err(fail(format!(
-                "{count} texels are no radiance (negative, infinite or NaN), the first in column {column}, row {row}: \
-                 {:?}; clamp them in the file",
-                texels[first]
-            )));
-        }
+    /// [`SceneError::Picture`]: no such file, no picture, no colours, or infinite texels with nothing finite beside.
+    pub fn load(path: &Path, warnings: &mut Vec<String>) -> Result<Self, SceneError> {
+        let (file, layer) = split_layer(path);
+        let fail = |reason| SceneError::from(PictureFileError::Unusable { path: file.clone(), reason });
+        let mut picture = PictureFile::read(&file, layer.as_deref())?;
+        let mut colors = picture.colors(layer.as_deref()).map_err(fail)?;
+        // Gives the memory back: large panoramas are hundreds of megabytes.
+        picture.channels = Vec::new();
+        let choice = colors.note().map(|note| format!("{note}; choose with --env FILE#LAYER"));
+        let repaired = repair(&mut colors.rgb, picture.width).map_err(fail)?;
+        let notes = picture.notes.into_iter().chain(choice).chain(repaired);
+        warnings.extend(notes.map(|note| format!("the environment {}: {note}", file.display())));
         Ok(Self {
-            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             width: picture.width,
             height: picture.height,
-            texels,
+            texels: colors.rgb,
             scale: 1.0,
             rotation: 0.0,
         })
@@ -74,6 +73,56 @@ impl Environment {
         let texel = |index: usize| Vec3A::from(self.texels[index]);
         bilinear(self.width, self.height, azimuth, polar, texel).as_dvec3() * f64::from(self.scale)
     }
+}
+
+/// Replaces what is no radiance: negative values and NaN by 0, infinite ones by the largest finite value that their
+/// channel has anywhere in the picture (of all channels, where it has none above 0). Neighbours would not do: a sun beyond
+/// the range of half floats is infinite over many texels. Returns what was done, if anything was.
+///
+/// # Errors
+/// Infinite values and none above 0 that is finite.
+fn repair(texels: &mut [[f32; 3]], width: u32) -> Result<Option<String>, String> {
+    let negative = |value: &f32| value.is_nan() || *value < 0.0;
+    let infinite = |value: &f32| *value == f32::INFINITY;
+    let bad = |texel: &[f32; 3]| texel.iter().any(|value| negative(value) || infinite(value));
+    let Some(first) = texels.iter().position(bad) else { return Ok(None) };
+    let place = format!("the first in column {}, row {}", first % width as usize, first / width as usize);
+    let said = texels[first];
+    let count = |kind: &dyn Fn(&f32) -> bool| texels.iter().filter(|texel| texel.iter().any(kind)).count();
+    let (negatives, infinites) = (count(&negative), count(&infinite));
+
+    let finite =
+        texels.iter().flat_map(|texel| texel.iter().copied().enumerate()).filter(|(_, v)| v.is_finite());
+    let mut largest = finite.fold([0.0f32; 3], |mut largest, (channel, value)| {
+        largest[channel] = largest[channel].max(value);
+        largest
+    });
+    let overall = largest.into_iter().fold(0.0, f32::max);
+    largest = largest.map(|value| if value > 0.0 { value } else { overall });
+    if infinites > 0 && overall == 0.0 {
+        return Err(format!(
+            "{infinites} texels are infinite, {place}, and none is finite and above 0; export it again"
+        ));
+    }
+    for texel in texels {
+        for (value, largest) in texel.iter_mut().zip(largest) {
+            if negative(value) {
+                *value = 0.0;
+            } else if infinite(value) {
+                *value = largest;
+            }
+        }
+    }
+    let mut kinds = Vec::new();
+    if negatives > 0 {
+        kinds.push(format!("{negatives} texels are negative or NaN and count as 0"));
+    }
+    if infinites > 0 {
+        kinds.push(format!(
+            "{infinites} texels are infinite and count as the largest finite values, {largest:?}"
+        ));
+    }
+    Ok(Some(format!("{}; {place}: {said:?}", kinds.join("; "))))
 }
 
 /// Radiance as a piecewise constant function over the equal-area square of [`crate::math::equal_area`]: the texels'
@@ -95,6 +144,23 @@ impl EqualAreaMap {
     /// [`SceneError::EnvironmentScale`] when scale or rotation is not finite, the scale negative, or the scaled
     /// radiance beyond `f32`.
     pub fn new(environment: &Environment) -> Result<Option<Self>, SceneError> {
+        Self::with_size(environment, Self::size_for(environment))
+    }
+
+    /// Texels along the edge of the map of an environment: the power of two that gives every texel of the picture about
+    /// one of its own, also where the picture's two resolutions differ, as far as 4096 allows.
+    pub fn size_for(environment: &Environment) -> u32 {
+        let (width, height) = (f64::from(environment.width), f64::from(environment.height));
+        let edge = (4.0 * PI).sqrt();
+        let wanted = (width * height).sqrt().max(edge * width / TAU).max(edge * height / PI);
+        (wanted.ceil() as u32).clamp(MIN_SIZE, MAX_SIZE).next_power_of_two()
+    }
+
+    /// As [`EqualAreaMap::new`], with so many texels along each edge, a power of two: a smaller map is blurred.
+    ///
+    /// # Errors
+    /// Those of [`EqualAreaMap::new`].
+    pub fn with_size(environment: &Environment, size: u32) -> Result<Option<Self>, SceneError> {
         let Environment { width, height, scale, rotation, .. } = *environment;
         let brightest = environment.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b));
         if !(scale >= 0.0 && rotation.is_finite() && (brightest * scale).is_finite()) {
@@ -104,7 +170,6 @@ impl EqualAreaMap {
             return Ok(None);
         }
         let rotation = f64::from(rotation).rem_euclid(TAU);
-        let size = size_for(width, height);
         let edge = (4.0 * PI).sqrt() / f64::from(size);
         let data = widen_polar_texels(environment, edge);
         let texel = |index: u32| {
@@ -142,15 +207,6 @@ fn samples_along_edge(environment: &Environment, edge: f64, centre: DVec2) -> u3
     let wedges = (edge / (column * sin_polar)).clamp(1.0, 16.0);
     let base = if edge < SMALL_EDGE { 4.0 } else { 8.0 };
     (base * wedges.sqrt() * (edge / finest).max(1.0)).ceil() as u32
-}
-
-/// The power of two that gives every texel of the picture about one of its own, also where the picture's two
-/// resolutions differ, as far as [`MAX_SIZE`] allows.
-fn size_for(width: u32, height: u32) -> u32 {
-    let (width, height) = (f64::from(width), f64::from(height));
-    let edge = (4.0 * PI).sqrt();
-    let wanted = (width * height).sqrt().max(edge * width / TAU).max(edge * height / PI);
-    (wanted.ceil() as u32).clamp(MIN_SIZE, MAX_SIZE).next_power_of_two()
 }
 
 /// The picture with the rows near the poles averaged along the row, as wide as a quarter of a texel of the map: there

@@ -28,7 +28,10 @@ pub enum SceneError {
     #[error("the glTF JSON is malformed: {cause}; export the file again")]
     Json { cause: serde_json::Error },
     /// Another major version of glTF.
-    #[error("glTF version {version} is not supported, only 2.0 is; convert the file")]
+    #[error(
+        "this is glTF {version}, and only 2.0 is supported; export it again, or convert a file of 1.0 with \
+         `gltf-pipeline -i in.gltf -o out.gltf`"
+    )]
     Version { version: String },
     /// A URI that is refused or cannot be decoded.
     #[error("refused to read \"{uri}\": {reason}")]

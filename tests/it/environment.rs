@@ -1,13 +1,20 @@
 //! The environment: where its texels lie, and that no light is lost or gained on the way to the equal-area square.
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 use bytemuck::cast_slice;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, LayerAttributes,
+    WritableImage,
+};
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use halfway::math::equal_area::{sphere_to_square, square_to_sphere};
 use halfway::math::rng::{RandomKey, uniform4};
-use halfway::scene::{Environment, EqualAreaMap};
+use halfway::scene::{Environment, EqualAreaMap, SceneError};
+use serde_json::json;
 
+use crate::gltf_file::GltfFile;
 use crate::gpu;
 
 fn environment(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Environment {
@@ -261,6 +268,19 @@ fn n20_one_pixel_in_a_large_map_has_its_closed_form() {
     println!("worst error {worst:.2e}");
 }
 
+/// A device whose buffers are too small for the map gets a smaller one, of the same light.
+#[test]
+fn n20_a_smaller_map_keeps_the_energy() {
+    let environment = one_hot(64, 32, 40, 16);
+    let want = by_angles(&environment);
+    assert_eq!(EqualAreaMap::size_for(&environment), 256);
+    for size in [128, 64] {
+        let map = EqualAreaMap::with_size(&environment, size).expect("valid").expect("some light");
+        assert_eq!((map.size, map.radiance.len()), (size, (size * size) as usize));
+        assert_close(of_map(&map).radiance, want.radiance, 2e-3, "smaller");
+    }
+}
+
 #[test]
 fn n20_constant_stays_constant_and_black_is_no_light() {
     let map = map(&environment(30, 15, vec![[0.7, 0.1, 0.3]; 450]));
@@ -276,24 +296,139 @@ fn n20_constant_stays_constant_and_black_is_no_light() {
     assert_eq!(EqualAreaMap::new(&switched_off).expect("valid"), None);
 }
 
+fn loaded(path: &Path) -> Result<(Environment, Vec<String>), SceneError> {
+    let mut warnings = Vec::new();
+    Environment::load(path, &mut warnings).map(|environment| (environment, warnings))
+}
+
+/// The environment of 4x3 texels that are all 1 but for those given, by index and channel.
+fn with_values(values: &[(usize, usize, f32)]) -> Result<(Environment, Vec<String>), SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.exr");
+    let mut rgb = vec![[1.0; 3]; 12];
+    for &(index, channel, value) in values {
+        rgb[index][channel] = value;
+    }
+    halfway::film::exr::write(&path, &halfway::film::Picture::new(4, 3, rgb)).unwrap();
+    loaded(&path)
+}
+
+#[test]
+fn texels_that_are_no_radiance_are_replaced_with_a_warning() {
+    for (value, said, becomes) in
+        [(-1.0, "-1", 0.0), (f32::NAN, "NaN", 0.0), (f32::NEG_INFINITY, "-inf", 0.0)]
+    {
+        let (environment, warnings) = with_values(&[(7, 1, value), (8, 1, value), (2, 0, 9.0)]).unwrap();
+        assert_eq!(environment.texels[7], [1.0, becomes, 1.0]);
+        for phrase in ["sky.exr", "2 texels are negative", "column 3, row 1", said] {
+            assert!(warnings[0].contains(phrase), "{phrase} not in {warnings:?}");
+        }
+        assert_eq!(warnings.len(), 1);
+    }
+    // Infinite neighbours, and the largest of a channel far away.
+    let sun = [(5, 0), (5, 1), (5, 2), (6, 0), (6, 1), (6, 2)]
+        .map(|(index, channel)| (index, channel, f32::INFINITY));
+    let bright = [(0, 0, 50.0), (11, 1, 40.0), (3, 2, -2.0)];
+    let (environment, warnings) = with_values(&[&sun[..], &bright].concat()).unwrap();
+    assert_eq!([environment.texels[5], environment.texels[6]], [[50.0, 40.0, 1.0]; 2]);
+    assert_eq!(environment.texels[3], [1.0, 1.0, 0.0]);
+    assert!(warnings[0].contains("1 texels are negative") && warnings[0].contains("2 texels are infinite"));
+
+    let all: Vec<_> = (0..36).map(|i| (i / 3, i % 3, f32::INFINITY)).collect();
+    let message = with_values(&all).unwrap_err().to_string();
+    assert!(message.contains("12 texels are infinite"), "{message}");
+    assert!(with_values(&[]).unwrap().1.is_empty(), "nothing to warn of");
+}
+
+#[test]
+fn layers_and_parts_of_an_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.exr");
+    let at = |layer: &str| folder.path().join(format!("sky.exr#{layer}"));
+    let red = |path: &Path| loaded(path).map(|(environment, warnings)| (environment.texels[0][0], warnings));
+
+    write_exr(&path, &[("", [1, 1], &[("View Layer.Combined", 2.0)])]);
+    assert_eq!(red(&path).unwrap(), (2.0, vec![]));
+
+    write_exr(&path, &[("", [1, 1], &[("A.Direct", 1.0), ("A.Combined", 2.0), ("Z", 3.0)])]);
+    assert_eq!(red(&path).unwrap(), (2.0, vec![]), "Blender's name for the finished picture");
+    assert_eq!(red(&at("A.Direct")).unwrap(), (1.0, vec![]));
+    let message = red(&at("A.Diffuse")).unwrap_err().to_string();
+    for phrase in ["'A.Diffuse'", "'A.Direct'", "'A.Combined'", "'Z'"] {
+        assert!(message.contains(phrase), "{message}");
+    }
+
+    // Parts: the first, with a list; their names come before the channels'.
+    write_exr(&path, &[("left", [1, 1], &[("", 1.0)]), ("right", [2, 1], &[("", 2.0)])]);
+    let (value, warnings) = red(&path).unwrap();
+    assert_eq!(value, 1.0);
+    assert!(warnings.is_empty(), "parts of another size are no choice: {warnings:?}");
+    assert_eq!(red(&at("right")).unwrap(), (2.0, vec![]));
+    write_exr(&path, &[("left", [1, 1], &[("", 1.0)]), ("right", [1, 1], &[("", 2.0)])]);
+    let (value, warnings) = red(&path).unwrap();
+    assert_eq!((value, warnings.len()), (1.0, 1));
+    for phrase in ["sky.exr", "'left', 'right'", "'left' is used", "--env FILE#LAYER"] {
+        assert!(warnings[0].contains(phrase), "{warnings:?}");
+    }
+    write_exr(&path, &[("a", [1, 1], &[("a.x", 1.0)]), ("b", [1, 1], &[("", 2.0)])]);
+    assert_eq!(red(&at("a.x")).unwrap(), (1.0, vec![]), "the part's name is not written twice");
+    write_exr(&path, &[("", [1, 1], &[("a", 1.0), ("", 2.0)])]);
+    assert_eq!(red(&path).unwrap(), (2.0, vec![]), "channels that stand in no layer come first");
+
+    // A file of that very name is meant.
+    write_exr(&folder.path().join("sky.exr#1.exr"), &[("", [1, 1], &[("", 7.0)])]);
+    assert_eq!(red(&folder.path().join("sky.exr#1.exr")).unwrap().0, 7.0);
+}
+
+/// Parts by name and size, each with layers of one value.
+fn write_exr(path: &Path, parts: &[(&str, [usize; 2], &[(&str, f32)])]) {
+    let parts = parts.iter().map(|(part, [width, height], layers)| {
+        let channels = layers.iter().flat_map(|(layer, value)| {
+            ["R", "G", "B"].map(|channel| {
+                let name = if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") };
+                AnyChannel::new(name.as_str(), FlatSamples::F32(vec![*value; width * height]))
+            })
+        });
+        let attributes = match part.is_empty() {
+            true => LayerAttributes::default(),
+            false => LayerAttributes::named(*part),
+        };
+        exr::image::Layer::new(
+            (*width, *height),
+            attributes,
+            Encoding::UNCOMPRESSED,
+            AnyChannels::sort(channels.collect()),
+        )
+    });
+    let window = IntegerBounds::from_dimensions((2, 1));
+    Image::from_layers(ImageAttributes::new(window), parts.collect::<Vec<_>>())
+        .write()
+        .to_file(path)
+        .unwrap();
+}
+
+#[test]
+fn environment_in_the_gltf_is_named() {
+    for name in ["EXT_lights_image_based", "KHR_lights_image_based"] {
+        let mut file = GltfFile::triangle();
+        file.json["extensionsUsed"] = json!([name]);
+        file.json["extensions"] = json!({name: {"lights": []}});
+        let warnings = file.scene().warnings;
+        assert!(
+            warnings.len() == 1 && warnings[0].contains(name) && warnings[0].contains("--env"),
+            "{warnings:?}"
+        );
+    }
+}
+
 #[test]
 fn bad_environments_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    for (value, said) in [(-1.0, "-1"), (f32::INFINITY, "inf"), (f32::NAN, "NaN")] {
-        let path = folder.path().join("sky.exr");
-        let mut rgb = vec![[1.0; 3]; 12];
-        rgb[7][1] = value;
-        let picture = halfway::film::Picture::new(4, 3, rgb);
-        halfway::film::exr::write(&path, &picture).unwrap();
-        let message = Environment::load(&path).unwrap_err().to_string();
-        assert!(message.contains("sky.exr") && message.contains("column 3, row 1"), "{message}");
-        assert!(message.contains(said), "{message}");
-    }
     let path = folder.path().join("good.exr");
     let picture = halfway::film::Picture::new(2, 1, vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
     halfway::film::exr::write(&path, &picture).unwrap();
-    let loaded = Environment::load(&path).unwrap();
-    assert_eq!((loaded.name.as_str(), loaded.width, loaded.texels), ("good", 2, picture.rgb));
+    let (good, _) = loaded(&path).unwrap();
+    assert_eq!((good.name.as_str(), good.width, good.texels), ("good", 2, picture.rgb));
 
     let bright = environment(1, 1, vec![[1e30; 3]]);
     for (scale, rotation) in [(1e10, 0.0), (-1.0, 0.0), (f32::NAN, 0.0), (1.0, f32::INFINITY)] {

@@ -8,6 +8,7 @@ use exr::prelude::{
 };
 use halfway::film::tonemap::{ViewTransform, srgb_decode, srgb_encode};
 use halfway::film::{Attribute, FilmError, Picture, exr as film_exr, png as film_png, write::write_atomic};
+use halfway::picture_file::PictureFile;
 
 /// A picture with every layer we write, over the whole range of `f32`.
 fn full_picture() -> Picture {
@@ -120,6 +121,37 @@ fn radiance_hdr_and_pfm_are_read() {
     assert_eq!(Picture::read(&path).unwrap().rgb, [[4.0, 5.0, 6.0], [1.0, 2.0, 3.0]], "bottom row first");
     std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
     assert!(Picture::read(&path).unwrap_err().to_string().contains("announced"));
+}
+
+/// A picture of one pixel, (2, 4, 8) in the file, with these lines for a header.
+fn radiance_hdr(header: &str) -> PictureFile {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.hdr");
+    let mut bytes = format!("{header}\n\n-Y 1 +X 1\n").into_bytes();
+    bytes.extend([32, 64, 128, 132]);
+    std::fs::write(&path, &bytes).unwrap();
+    PictureFile::read(&path, None).unwrap()
+}
+
+#[test]
+fn radiance_hdr_header_is_honoured() {
+    for (header, want) in [
+        ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe", [2.0, 4.0, 8.0]),
+        ("#?RGBE\nFORMAT=32-bit_rle_rgbe", [2.0, 4.0, 8.0]),
+        ("#?RADIANCE\npfilt -1 -e 2\n# made by hand\nVIEW= -vtv", [2.0, 4.0, 8.0]),
+        ("#?RADIANCE\nEXPOSURE=2.0", [1.0, 2.0, 4.0]),
+        ("#?RADIANCE\nEXPOSURE= 4\nEXPOSURE=0.5", [1.0, 2.0, 4.0]),
+        ("#?RGBE\nCOLORCORR=1 2 4\nEXPOSURE=2", [1.0, 1.0, 1.0]),
+    ] {
+        let file = radiance_hdr(header);
+        assert_eq!(file.colors(None).unwrap().rgb, [want], "{header}");
+        assert!(file.notes.is_empty(), "{header}: {:?}", file.notes);
+    }
+    for line in ["EXPOSURE=0", "EXPOSURE=-1", "EXPOSURE=bright", "EXPOSURE=nan", "COLORCORR=1 2"] {
+        let file = radiance_hdr(&format!("#?RADIANCE\n{line}"));
+        assert_eq!(file.colors(None).unwrap().rgb, [[2.0, 4.0, 8.0]], "{line}");
+        assert!(file.notes.len() == 1 && file.notes[0].contains(line), "{:?}", file.notes);
+    }
 }
 
 #[test]

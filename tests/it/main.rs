@@ -19,6 +19,7 @@ mod determinism;
 mod device;
 mod emissive_alpha;
 mod environment;
+mod exposure;
 mod film;
 mod film_sums;
 mod float_probe;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use crate::film::Region;
+use crate::film::{Exposure, MAX_STOPS, Region};
 
 /// A point or a direction as `X,Y,Z`.
 pub fn parse_point(text: &str) -> Result<DVec3, String> {
@@ -58,6 +58,22 @@ pub fn parse_probability(text: &str) -> Result<f32, String> {
     }
 }
 
+/// An exposure in stops.
+pub fn parse_stops(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(stops) if stops.abs() <= MAX_STOPS => Ok(stops),
+        _ => Err(format!("an exposure is a number of stops from -{MAX_STOPS} to {MAX_STOPS}, such as -1.5")),
+    }
+}
+
+/// An exposure in stops, or `auto`.
+pub fn parse_exposure(text: &str) -> Result<Exposure, String> {
+    match text {
+        "auto" => Ok(Exposure::Auto),
+        _ => parse_stops(text).map(Exposure::Stops).map_err(|error| format!("{error}, or auto")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,6 +84,9 @@ mod tests {
         assert_eq!(parse_crop("0, 1,640,360"), Ok(Region::new(0, 1, 640, 360)));
         assert_eq!(parse_point("0,1.5, -2e3"), Ok(DVec3::new(0.0, 1.5, -2e3)));
         assert_eq!(parse_probability("1"), Ok(1.0));
+        assert_eq!(parse_stops("-1.5"), Ok(-1.5));
+        assert_eq!(parse_exposure("100"), Ok(Exposure::Stops(100.0)));
+        assert_eq!(parse_exposure("auto"), Ok(Exposure::Auto));
         for (text, seconds) in [("30s", 30.0), ("1.5m", 90.0), ("2h", 7200.0), ("250ms", 0.25), ("7", 7.0)] {
             assert_eq!(parse_duration(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
         }
@@ -88,6 +107,10 @@ mod tests {
             assert!(parse_duration(text).unwrap_err().contains("30s"), "{text}");
         }
         assert!(parse_duration("-3s").is_err() && parse_duration("nan").is_err());
+        for text in ["nan", "inf", "-100.5", "200", "1e39", "bright"] {
+            assert!(parse_stops(text).unwrap_err().contains("-100 to 100"), "{text}");
+            assert!(parse_exposure(text).unwrap_err().contains("auto"), "{text}");
+        }
         for text in ["0", "1.5", "nan", "half"] {
             assert!(parse_probability(text).unwrap_err().contains("0.3"), "{text}");
         }

@@ -2,8 +2,9 @@
 
 use clap::Args;
 
-use super::{parse_probability, parse_size};
+use super::{parse_exposure, parse_probability, parse_size};
 use crate::device::{Context, DeviceChoice, DeviceError};
+use crate::film::Exposure;
 use crate::film::tonemap::ViewTransform;
 use crate::integrator::{DEFAULT_ROULETTE_CAP, View};
 use crate::render::RenderOptions;
@@ -108,7 +109,7 @@ pub struct ViewArgs {
     /// How scene light becomes colours on a screen or in a PNG.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub view: ViewTransform,
-    /// Exposure of the view, in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true)]
-    pub exposure: f32,
+    /// Exposure of the view, in stops from -100 to 100; auto brings the log-average of the picture to middle grey.
+    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true, value_parser = parse_exposure)]
+    pub exposure: Exposure,
 }

@@ -6,6 +6,8 @@ use clap::Args;
 
 use super::InputError;
 use crate::cli::CliError;
+#[cfg(feature = "preview")]
+use crate::picture_file::split_layer;
 use crate::scene::gltf::{self, LoadOptions};
 use crate::scene::{Environment, Scene, SceneFeatures, builtin};
 
@@ -14,8 +16,8 @@ use crate::scene::{Environment, Scene, SceneFeatures, builtin};
 pub struct SceneArgs {
     /// A .gltf or .glb file, or `builtin:NAME` (see `halfway info --builtins`).
     pub scene: PathBuf,
-    /// An .exr or .hdr latitude-longitude picture as environment light.
-    #[arg(long, value_name = "FILE")]
+    /// An .exr or .hdr latitude-longitude picture as environment light; of an .exr with several layers FILE#LAYER.
+    #[arg(long, value_name = "FILE[#LAYER]")]
     pub env: Option<PathBuf>,
     /// Factor on the environment.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
@@ -33,7 +35,8 @@ impl SceneArgs {
     #[cfg(feature = "preview")]
     pub fn files(&self) -> Vec<PathBuf> {
         let is_file = |path: &&PathBuf| !path.to_string_lossy().starts_with("builtin:");
-        std::iter::once(&self.scene).filter(is_file).chain(&self.env).cloned().collect()
+        let environment = self.env.as_deref().map(|path| split_layer(path).0);
+        std::iter::once(&self.scene).filter(is_file).cloned().chain(environment).collect()
     }
 
     /// Loads the scene, adds the environment, and prints the loader's warnings.
@@ -54,7 +57,7 @@ impl SceneArgs {
             }
         };
         if let Some(path) = &self.env {
-            let mut environment = Environment::load(path)?;
+            let mut environment = Environment::load(path, &mut scene.warnings)?;
             environment.scale = self.env_scale;
             environment.rotation = self.env_rotate.to_radians();
             scene.environment = Some(environment);

@@ -13,7 +13,7 @@ use crate::math::alias::{AliasTable, defensive_mix};
 use crate::math::color::luminance;
 use crate::math::scale::scale_by_power_of_two;
 use crate::scene::environment::EqualAreaMap;
-use crate::scene::{LightKind, Scene, SceneFeatures, TextureRef};
+use crate::scene::{Environment, LightKind, Scene, SceneFeatures, TextureRef};
 
 /// Share of the picks that go evenly to all lights: the power of a light is a poor guide to what reaches a point.
 const DEFENSIVE_SHARE: f64 = 0.1;
@@ -85,6 +85,7 @@ impl DeviceEnvironment {
 /// # Errors
 /// An environment whose scaled radiance is no number.
 pub(super) fn collect(
+    context: &Context,
     scene: &Scene,
     accel: &Accel,
     features: &SceneFeatures,
@@ -151,7 +152,7 @@ pub(super) fn collect(
         }
     }
     let map = match (features.environment, &scene.environment) {
-        (true, Some(environment)) => EqualAreaMap::new(environment)?,
+        (true, Some(environment)) => map_that_fits(context, environment)?,
         _ => None,
     };
     if let Some(map) = map
@@ -169,6 +170,30 @@ pub(super) fn collect(
         }
     }
     Ok(lights)
+}
+
+/// The environment's map, halved until one buffer of the device holds it.
+///
+/// # Errors
+/// An environment whose scaled radiance is no number.
+fn map_that_fits(context: &Context, environment: &Environment) -> Result<Option<EqualAreaMap>, DeviceError> {
+    let limits = context.device.limits();
+    let most =
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / size_of::<[f32; 4]>() as u64;
+    let wanted = EqualAreaMap::size_for(environment);
+    let mut size = wanted;
+    while u64::from(size) * u64::from(size) > most && size > 1 {
+        size /= 2;
+    }
+    if size < wanted {
+        log::warn!(
+            "the environment of {}x{} texels is larger than a buffer of this device; it is shown as one of \
+             {size}x{size} directions in place of {wanted}x{wanted}, without its finest detail",
+            environment.width,
+            environment.height
+        );
+    }
+    Ok(EqualAreaMap::with_size(environment, size)?)
 }
 
 impl Lights {

@@ -60,7 +60,7 @@ impl DeviceScene {
         }
         let mut constants = Vec::new();
         let radiance_exponent = radiance_exponent(scene, &accel.unit);
-        let lights = lights::collect(scene, accel, &features, radiance_exponent)?;
+        let lights = lights::collect(context, scene, accel, &features, radiance_exponent)?;
         lights.restrict(&mut features);
 
         buffers.upload(context, "nodes", &accel.nodes)?;

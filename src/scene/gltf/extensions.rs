@@ -60,7 +60,16 @@ pub fn warn_ignored(document: &Document, warnings: &mut Vec<String>) {
     for name in document.extensions_used.iter().chain(on_materials).map(String::as_str) {
         if !UNDERSTOOD.contains(&name) && !seen.contains(&name) {
             seen.push(name);
-            warnings.push(format!("extension {name} is ignored; the picture may differ"));
+            warnings.push(ignored(name));
         }
+    }
+}
+
+fn ignored(name: &str) -> String {
+    match name {
+        "EXT_lights_image_based" | "KHR_lights_image_based" => format!(
+            "the environment in the file ({name}) is not used; give a latitude-longitude picture of it with --env"
+        ),
+        _ => format!("extension {name} is ignored; the picture may differ"),
     }
 }

@@ -26,7 +26,7 @@ mod uri;
 
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3, DVec4};
 
 use super::Scene;
 use crate::scene::SceneError;
@@ -61,7 +61,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
 pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let container = container::split(bytes)?;
     let document: Document =
-        serde_json::from_slice(container.json).map_err(|cause| SceneError::Json { cause })?;
+        serde_json::from_slice(container.json).map_err(|cause| malformed(container.json, cause))?;
     check_version(&document)?;
     extensions::check_required(&document)?;
     let buffers = Buffers::load(&document, container.bin, base_dir, options)?;
@@ -87,6 +87,20 @@ pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) 
     scene.textures = materials.textures.textures;
     scene.materials = materials.materials;
     Ok(scene)
+}
+
+/// JSON of another shape than that of glTF 2.0: it may be glTF 1.0, where the lists of the root are objects and the version
+/// may be left out.
+fn malformed(json: &[u8], cause: serde_json::Error) -> SceneError {
+    let value: serde_json::Value = serde_json::from_slice(json).unwrap_or_default();
+    let lists = ["accessors", "meshes", "nodes", "scenes"].map(|name| &value[name]);
+    match value["asset"]["version"].as_str() {
+        Some(version) if version.split('.').next() != Some("2") => {
+            SceneError::Version { version: version.into() }
+        }
+        None if lists.iter().any(|list| list.is_object()) => SceneError::Version { version: "1.0".into() },
+        _ => SceneError::Json { cause },
+    }
 }
 
 fn check_version(document: &Document) -> Result<(), SceneError> {
@@ -199,6 +213,7 @@ impl<'a> Loader<'a> {
                 }
             };
             self.warn_missing_uvs(&primitive, material, &place);
+            self.warn_black_colors(&primitive, &place);
             if let Some(skin) = document.nodes[placement.node].skin {
                 self.pose(&reader, &mut primitive, skin)?;
             }
@@ -217,6 +232,15 @@ impl<'a> Loader<'a> {
             primitives.push(Ready { primitive, material });
         }
         Ok(primitives)
+    }
+
+    fn warn_black_colors(&mut self, primitive: &Primitive, place: &str) {
+        let black = |colors: &Vec<DVec4>| colors.iter().all(|color| color.truncate() == DVec3::ZERO);
+        if primitive.colors.as_ref().is_some_and(black) {
+            self.scene.warnings.push(format!(
+                "{place}: all vertex colours (COLOR_0) are black, and so is the surface; export the mesh without them"
+            ));
+        }
     }
 
     fn pose(
