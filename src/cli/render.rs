@@ -142,6 +142,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         summary::rendered(&report, load_seconds, &options);
         judged.iter().for_each(summary::judged);
     }
+    summary::warned(report.warnings.len(), &args.scene.scene);
     output.files.iter().for_each(|file| println!("{}", file.display()));
     if let Some(debug) = args.debug {
         for path in debug.write(&mut renderer, &output.files[0])? {
