@@ -35,7 +35,7 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
         return Ok(Exit::Done);
     }
     let model = args.model.as_deref().map(Model::read).transpose()?;
-    let scene = args.scene.as_ref().map(SceneArgs::load).transpose()?;
+    let scene = args.scene.as_ref().map(SceneArgs::read).transpose()?;
     match (&scene, &model) {
         (Some(scene), _) => describe(scene)?,
         (None, Some(_)) => {}
@@ -62,6 +62,10 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
 fn describe(scene: &Scene) -> Result<(), CliError> {
     let accel = Accel::build(scene)?;
     contents(scene, &accel);
+    if !scene.warnings.is_empty() {
+        println!("\nwarnings: {} (--strict refuses faults of the file)", scene.warnings.len());
+        scene.warnings.iter().for_each(|warning| println!("  {warning}"));
+    }
     println!("\nfeatures that the kernels are compiled for:");
     let features = Features::from(SceneFeatures::of(scene));
     let (on, off): (Vec<Feature>, Vec<Feature>) =

@@ -48,7 +48,7 @@ pub struct Cli {
     /// Say more: -v what is done, -vv details.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
-    /// Only results and errors.
+    /// Only results, errors, and how many warnings there are about the scene.
     #[arg(short, long, global = true)]
     pub quiet: bool,
 }

@@ -155,6 +155,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
             eprintln!("--exposure auto is {stops} stops");
         }
     }
+    summary::warned(report.warnings.len(), &args.scene.scene);
     lost.iter().for_each(|lost| log::warn!("{lost}"));
     if let Some(Err(error)) = args.debug.map(|debug| debug.write(&mut renderer, &files[0], &mut saves)) {
         saves.fail(error);

@@ -58,6 +58,14 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
     }
 }
 
+/// Tells, however quiet, how many parts of a scene's file are not shown as it has them.
+pub fn warned(warnings: usize, scene: &Path) {
+    let s = if warnings == 1 { "" } else { "s" };
+    if warnings > 0 {
+        eprintln!("{warnings} warning{s} about the scene; list with: halfway info {}", scene.display());
+    }
+}
+
 /// Tells how far a picture is from its reference.
 pub fn judged(point: &Checkpoint) {
     let Checkpoint { mape, relmse, mean_ratio, .. } = point;

@@ -74,6 +74,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     if !quiet {
         summary::trained(&trained);
     }
+    summary::warned(scene.warnings.len(), &args.scene.scene);
     println!("{}", output.display());
     Ok(Exit::Done)
 }

@@ -24,6 +24,8 @@ pub struct Uploaded {
     scene: DeviceScene,
     /// Of the scene's content.
     pub hash: u64,
+    /// Of the scene's loader.
+    warnings: Vec<String>,
     triangles: usize,
     dropped_triangles: usize,
     accel_seconds: f64,
@@ -45,6 +47,7 @@ impl Uploaded {
             context: context.clone(),
             scene: DeviceScene::new(context, scene, &accel, features)?,
             hash: scene.content_hash(),
+            warnings: scene.warnings.iter().map(ToString::to_string).collect(),
             triangles: accel.triangles.len(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
@@ -124,6 +127,7 @@ impl Prepared {
             lights: device_scene.lights.len(),
             features: device_scene.features,
             compiled: Vec::new(),
+            warnings: uploaded.warnings.clone(),
             memory: Vec::new(),
             kernels: Default::default(),
         };

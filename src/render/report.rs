@@ -28,6 +28,8 @@ pub struct Report {
     pub dropped_triangles: usize,
     pub lights: usize,
     pub features: SceneFeatures,
+    /// What is not shown as the scene's file has it, a line each.
+    pub warnings: Vec<String>,
     /// Of the model that was learnt or given.
     pub training: Option<TrainingReport>,
     /// The loss after each round over that before it, as far as it is known.
@@ -56,11 +58,11 @@ pub struct Origin {
 }
 
 impl Report {
-    /// For [`Picture::metadata`].
+    /// For [`Picture::metadata`]. `warnings` is there only where there are any.
     pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
-        vec![
+        let mut metadata = vec![
             text("renderer", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into()),
             text("integrator", origin.method.name().into()),
             number("spp", f64::from(self.samples)),
@@ -72,6 +74,10 @@ impl Report {
             text("biased", "no".into()),
             number("nonFiniteSamples", self.non_finite as f64),
             text("commandLine", origin.command_line.clone()),
-        ]
+        ];
+        if !self.warnings.is_empty() {
+            metadata.push(text("warnings", self.warnings.join("\n")));
+        }
+        metadata
     }
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3, Vec3A};
 use rayon::prelude::*;
 
+use super::warning::Warning;
 use crate::math::equal_area::square_to_azimuth;
 use crate::picture_file::{PictureFile, PictureFileError, split_layer};
 use crate::scene::SceneError;
@@ -39,21 +40,24 @@ impl Environment {
     /// Reads `.exr`, `.hdr` or `.pfm`, or one layer of it as `FILE#LAYER`; scale 1, no rotation. Texels that are no
     /// radiance are replaced, see [`repair`].
     ///
-    /// What could not be honoured is added to `warnings`, already worded for the user.
+    /// What could not be honoured is added to `warnings`.
     ///
     /// # Errors
     /// [`SceneError::Picture`]: no such file, no picture, no colours, or infinite texels with nothing finite beside.
-    pub fn load(path: &Path, warnings: &mut Vec<String>) -> Result<Self, SceneError> {
+    pub fn load(path: &Path, warnings: &mut Vec<Warning>) -> Result<Self, SceneError> {
         let (file, layer) = split_layer(path);
         let fail = |reason| SceneError::from(PictureFileError::Unusable { path: file.clone(), reason });
         let mut picture = PictureFile::read(&file, layer.as_deref())?;
         let mut colors = picture.colors(layer.as_deref()).map_err(fail)?;
         // Gives the memory back: large panoramas are hundreds of megabytes.
         picture.channels = Vec::new();
-        let choice = colors.note().map(|note| format!("{note}; choose with --env FILE#LAYER"));
+        let choice = colors.note().map(|note| (note, "choose another with --env FILE#LAYER"));
         let repaired = repair(&mut colors.rgb, picture.width).map_err(fail)?;
-        let notes = picture.notes.into_iter().chain(choice).chain(repaired);
-        warnings.extend(notes.map(|note| format!("the environment {}: {note}", file.display())));
+        let repaired = repaired.map(|note| (note, "mend the picture if that matters"));
+        let notes = picture.notes.into_iter().map(|note| (note, "export it again if that matters"));
+        let part = format!("the environment {}", file.display());
+        let notes = notes.chain(choice).chain(repaired);
+        warnings.extend(notes.map(|(problem, remedy)| Warning::new(&part, problem, remedy)));
         Ok(Self {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             width: picture.width,

@@ -19,7 +19,7 @@ pub struct PunctualLight {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     Point,
-    /// Half angles in radians, `inner < outer`; falls off between them as glTF recommends
+    /// Half angles in radians, `inner <= outer`; falls off between them as glTF recommends
     /// (square of a linear ramp in the cosine).
     Spot {
         inner: f32,

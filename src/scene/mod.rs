@@ -19,6 +19,7 @@ mod material;
 mod pick;
 mod texture;
 mod viewpoint;
+mod warning;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -31,6 +32,7 @@ pub use light::{LightKind, PunctualLight};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use texture::{Filter, Image, Texture, Wrap};
 pub use viewpoint::{Viewpoint, moved_name};
+pub use warning::Warning;
 
 /// Everything a picture is made from. No invariants beyond those stated at the fields; every index is in range.
 #[derive(Clone, Debug, Default)]
@@ -52,8 +54,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Width and height that the file asks for (`extras.resolution` of the root), in pixels.
     pub resolution: Option<[u32; 2]>,
-    /// What the loader could not honour, one sentence each, already worded for the user.
-    pub warnings: Vec<String>,
+    /// What is not shown as the file has it.
+    pub warnings: Vec<Warning>,
 }
 
 /// A set of triangles with one material, in world space.

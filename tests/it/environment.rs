@@ -298,7 +298,8 @@ fn n20_constant_stays_constant_and_black_is_no_light() {
 
 fn loaded(path: &Path) -> Result<(Environment, Vec<String>), SceneError> {
     let mut warnings = Vec::new();
-    Environment::load(path, &mut warnings).map(|environment| (environment, warnings))
+    let environment = Environment::load(path, &mut warnings)?;
+    Ok((environment, warnings.iter().map(ToString::to_string).collect()))
 }
 
 /// The environment of 4x3 texels that are all 1 but for those given, by index and channel.
@@ -413,7 +414,7 @@ fn environment_in_the_gltf_is_named() {
         let mut file = GltfFile::triangle();
         file.json["extensionsUsed"] = json!([name]);
         file.json["extensions"] = json!({name: {"lights": []}});
-        let warnings = file.scene().warnings;
+        let warnings: Vec<String> = file.scene().warnings.iter().map(ToString::to_string).collect();
         assert!(
             warnings.len() == 1 && warnings[0].contains(name) && warnings[0].contains("--env"),
             "{warnings:?}"

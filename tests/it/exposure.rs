@@ -111,7 +111,9 @@ fn black_vertex_colours_are_told() {
     };
     let black = warnings(&[0.0; 9]);
     assert!(
-        black.len() == 1 && black[0].contains("meshes[0].primitives[0]") && black[0].contains("COLOR_0"),
+        black.len() == 1
+            && black[0].part.contains("meshes[0].primitives[0]")
+            && black[0].problem.contains("COLOR_0"),
         "{black:?}"
     );
     assert!(warnings(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0]).is_empty());

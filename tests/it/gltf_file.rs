@@ -143,9 +143,18 @@ impl GltfFile {
         self.load().expect("a file that is right")
     }
 
-    /// The code of the fault that the file must have.
+    /// The code of the fault for which the file is refused where it is read strictly.
     pub fn fault(&self) -> &'static str {
-        code(self.load())
+        code(load_slice(&self.gltf(), None, &strict()))
+    }
+
+    /// Loads a file that has one fault, of `part`: strictly it is refused, else it is a warning, the only one.
+    pub fn tolerated(&self, part: &str) -> Scene {
+        assert_ne!(self.fault(), "no fault", "{part}");
+        let scene = self.load().unwrap_or_else(|error| panic!("{part}: {error}"));
+        assert_eq!(scene.warnings.len(), 1, "{part}: {:?}", scene.warnings);
+        assert!(scene.warnings[0].part.starts_with(part), "{part}: {}", scene.warnings[0]);
+        scene
     }
 
     /// Writes `scene.gltf` and `scene.bin` into a folder.
@@ -155,6 +164,11 @@ impl GltfFile {
         std::fs::write(&path, self.with_buffer(Some("scene.bin".into()))).expect("a writable folder");
         path
     }
+}
+
+/// Any fault is an error.
+pub fn strict() -> LoadOptions {
+    LoadOptions { strict: true, ..LoadOptions::default() }
 }
 
 /// The code of a fault, or the variant's name where it has none; faults of environments do not concern glTF.

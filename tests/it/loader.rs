@@ -147,13 +147,10 @@ fn points_and_lines_are_counted() {
         (0..=4).map(primitive).chain([json!({"attributes": {}})]).collect();
     let scene = file.scene();
     assert_eq!(scene.triangle_count(), 1);
+    let problems: Vec<&str> = scene.warnings.iter().map(|warning| warning.problem.as_str()).collect();
     assert_eq!(
-        scene.warnings,
-        [
-            "1 primitives of points are not shown",
-            "3 primitives of lines are not shown",
-            "1 primitives without POSITION are not shown",
-        ]
+        problems,
+        ["1 primitives of points", "3 primitives of lines", "1 primitives without POSITION"]
     );
 }
 
@@ -219,7 +216,8 @@ fn scene_choice() {
 fn nothing_to_see_is_said() {
     let scene = GltfFile::empty().scene();
     assert_eq!((scene.meshes.len(), scene.cameras.len(), scene.lights.len()), (0, 0, 0));
-    assert_eq!(scene.warnings, ["there is no mesh to see in the scene"]);
+    assert_eq!(scene.warnings.len(), 1);
+    assert!(scene.warnings[0].problem.contains("no mesh to see"), "{}", scene.warnings[0]);
     assert_eq!(
         load_slice(br#"{"asset":{"version":"2.0"}}"#, None, &LoadOptions::default()).unwrap().meshes.len(),
         0
@@ -286,7 +284,7 @@ fn normals_without_length_are_replaced() {
     file.json["nodes"][0]["matrix"] = json!([0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0, 1]);
     let scene = file.scene();
     assert_eq!(scene.meshes[0].normals.as_deref().unwrap(), [Vec3::X; 3]);
-    assert!(scene.warnings[0].contains("1 normals have no length"), "{:?}", scene.warnings);
+    assert!(scene.warnings[0].problem.starts_with("1 normals"), "{:?}", scene.warnings);
 }
 
 #[test]
@@ -468,5 +466,5 @@ fn punctual_lights() {
     assert_eq!((sun.kind, sun.intensity), (LightKind::Directional, Vec3::ONE));
     assert_eq!(default.kind, LightKind::Spot { inner: 0.0, outer: std::f32::consts::FRAC_PI_4 });
     assert_eq!(scene.warnings.len(), 1);
-    assert!(scene.warnings[0].contains("range"), "{:?}", scene.warnings);
+    assert!(scene.warnings[0].problem.contains("range"), "{:?}", scene.warnings);
 }

@@ -1,4 +1,4 @@
-//! The glTF loader on files that are wrong: each is refused with a named fault.
+//! The glTF loader on files that are wrong: read strictly, each is refused with a named fault.
 
 use std::fs;
 
@@ -6,10 +6,10 @@ use halfway::scene::SceneError;
 use halfway::scene::gltf::{LoadOptions, load, load_slice};
 use serde_json::{Value, json};
 
-use crate::gltf_file::{F32, GltfFile, I16, U8, U16, U32, code, encode};
+use crate::gltf_file::{F32, GltfFile, I16, U8, U16, U32, code, encode, strict};
 
 fn bytes_fault(bytes: &[u8]) -> &'static str {
-    code(load_slice(bytes, None, &LoadOptions::default()))
+    code(load_slice(bytes, None, &strict()))
 }
 
 /// A triangle with one thing about it changed.
@@ -45,6 +45,10 @@ fn r01_containers() {
     assert_eq!(word(16, 7), "GLB_UNEXPECTED_FIRST_CHUNK");
     assert_eq!(bytes_fault(b"{\"asset\": {\"version\": \"2.0\"}"), "json");
     assert_eq!(bytes_fault(b"{\"asset\": {\"version\": \"1.0\"}}"), "version");
+    // glTF 1.0 has objects where 2.0 has lists, and need not name its version.
+    assert_eq!(bytes_fault(b"{\"scene\": \"s\", \"nodes\": {}}"), "version");
+    assert_eq!(bytes_fault(b"{\"asset\": {\"version\": \"1.0\"}, \"nodes\": {\"n\": {}}}"), "version");
+    assert_eq!(bytes_fault(b"{\"asset\": {}}"), "UNDEFINED_PROPERTY");
     assert_eq!(bytes_fault(b"{\"asset\": {\"version\": \"2.1\", \"minVersion\": \"2.1\"}}"), "version");
     // A document that nests without end must not overflow the stack.
     let deep = format!("{{\"extras\": {}", "[".repeat(100_000));
@@ -389,11 +393,22 @@ fn r03_uris_stay_in_the_folder() {
         file.json["images"] = json!([{"uri": uri}]);
         file.json["textures"] = json!([{"source": 0}]);
         file.material(json!({"emissiveTexture": {"index": 0}}));
-        for bytes in [as_buffer, file.gltf()] {
-            let error = load_slice(&bytes, Some(&folder), &LoadOptions::default()).unwrap_err();
+        let uvs = file.floats("VEC2", &[0.5; 6]);
+        file.attribute("TEXCOORD_0", uvs);
+        let as_image = file.gltf();
+        for (bytes, options) in
+            [(&as_buffer, LoadOptions::default()), (&as_buffer, strict()), (&as_image, strict())]
+        {
+            let error = load_slice(bytes, Some(&folder), &options).unwrap_err();
             assert!(matches!(error, SceneError::Uri { .. }), "{uri}: {error}");
             assert!(!format!("{error} {error:?}").contains(CANARY), "{uri}");
         }
+        // An image that is refused is one that is missing.
+        let scene = load_slice(&as_image, Some(&folder), &LoadOptions::default()).unwrap();
+        let [warning] = scene.warnings.as_slice() else { panic!("{uri}: {:?}", scene.warnings) };
+        assert!(warning.problem.starts_with("refused to read"), "{uri}: {warning}");
+        assert!(!format!("{warning:?}").contains(CANARY), "{uri}");
+        assert_eq!(scene.images[0].texels, [[255, 0, 255, 255]], "{uri}");
         file = GltfFile::triangle();
     }
 }

@@ -3,7 +3,7 @@
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use halfway::scene::{
     AlphaMode, Camera, Environment, Filter, Image, LightKind, Material, Mesh, Projection, PunctualLight,
-    Scene, Texture, TextureRef, Wrap,
+    Scene, Texture, TextureRef, Warning, Wrap,
 };
 
 /// What a change does.
@@ -87,7 +87,7 @@ fn scene() -> Scene {
         camera_placed: false,
         environment: Some(environment),
         resolution: Some([2, 1]),
-        warnings: vec!["a warning".into()],
+        warnings: vec![Warning::new("a part", "it is odd", "it is left out")],
     }
 }
 

@@ -28,7 +28,13 @@ pub struct SceneArgs {
     /// Let the scene refer to files outside its folder.
     #[arg(long)]
     pub allow_outside: bool,
+    /// Refuse a scene with any fault, such as a missing texture, instead of showing it without the part that has it.
+    #[arg(long)]
+    pub strict: bool,
 }
+
+/// Warnings shown one by one before the rest is only counted.
+const WARNINGS_SHOWN: usize = 20;
 
 impl SceneArgs {
     /// The files that it is read from, as far as they are named here: none of a built-in scene.
@@ -39,11 +45,24 @@ impl SceneArgs {
         std::iter::once(&self.scene).filter(is_file).cloned().chain(environment).collect()
     }
 
-    /// Loads the scene, adds the environment, and prints the loader's warnings.
+    /// Loads the scene as [`Self::read`] does, and prints the loader's warnings.
     ///
     /// # Errors
     /// What the loader reports.
     pub fn load(&self) -> Result<Scene, CliError> {
+        let scene = self.read()?;
+        scene.warnings.iter().take(WARNINGS_SHOWN).for_each(|warning| log::warn!("{warning}"));
+        if let Some(more) = scene.warnings.len().checked_sub(WARNINGS_SHOWN + 1) {
+            log::warn!("and {} more; halfway info lists them all", more + 1);
+        }
+        Ok(scene)
+    }
+
+    /// Loads the scene and adds the environment.
+    ///
+    /// # Errors
+    /// What the loader reports.
+    pub fn read(&self) -> Result<Scene, CliError> {
         let mut scene = match self.scene.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(name) => builtin::builtin(name).ok_or_else(|| {
                 InputError::Usage(format!(
@@ -52,7 +71,11 @@ impl SceneArgs {
                 ))
             })?,
             None => {
-                let options = LoadOptions { allow_outside: self.allow_outside, ..LoadOptions::default() };
+                let options = LoadOptions {
+                    allow_outside: self.allow_outside,
+                    strict: self.strict,
+                    ..LoadOptions::default()
+                };
                 gltf::load(&self.scene, &options)?
             }
         };
@@ -61,9 +84,6 @@ impl SceneArgs {
             environment.scale = self.env_scale;
             environment.rotation = self.env_rotate.to_radians();
             scene.environment = Some(environment);
-        }
-        for warning in &scene.warnings {
-            log::warn!("{warning}");
         }
         Ok(scene)
     }

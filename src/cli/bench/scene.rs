@@ -23,6 +23,9 @@ pub struct BenchSceneArgs {
     /// Let scenes refer to files outside their folder.
     #[arg(long)]
     allow_outside: bool,
+    /// Refuse scenes with any fault, instead of leaving out the part that has it.
+    #[arg(long)]
+    strict: bool,
 }
 
 /// A scene with what is the same for all its renders.
@@ -45,6 +48,7 @@ impl BenchSceneArgs {
             env_scale: 1.0,
             env_rotate: 0.0,
             allow_outside: self.allow_outside,
+            strict: self.strict,
         };
         let mut scene = from.load()?;
         let camera = self.camera.choose(&mut scene)?;

@@ -6,7 +6,7 @@
 
 use super::LoadOptions;
 use super::buffers::{Buffers, View};
-use super::document::{self, Document, at};
+use super::document::{self, Document, part};
 use crate::scene::SceneError;
 
 /// The number type of one component.
@@ -67,9 +67,25 @@ impl Accessors<'_> {
     /// All values of accessor `index`, which must have one of the layouts of `format`. `from` names the reference.
     ///
     /// # Errors
-    /// Out-of-range references, sizes and offsets; another layout; NaN or infinite values; absurd counts.
+    /// Those of [`Self::read_as_is`]; NaN or infinite values.
     pub fn read(&self, index: u64, format: &Format, from: &str) -> Result<Values, SceneError> {
-        let accessor = at(&self.document.accessors, index, "accessors", from)?;
+        let values = self.read_as_is(index, format, from)?;
+        match values.data.iter().position(|value| !value.is_finite()) {
+            None => Ok(values),
+            Some(bad) => Err(SceneError::invalid(
+                format!("accessors[{index}]"),
+                "ACCESSOR_INVALID_FLOAT",
+                format!("{} {} is {}", format.what, bad / values.lanes, values.data[bad]),
+            )),
+        }
+    }
+
+    /// As [`Self::read`], but values may be NaN or infinite.
+    ///
+    /// # Errors
+    /// Out-of-range references, sizes and offsets; another layout; absurd counts.
+    pub fn read_as_is(&self, index: u64, format: &Format, from: &str) -> Result<Values, SceneError> {
+        let accessor = part(&self.document.accessors, index, "accessors", from)?;
         let place = format!("accessors[{index}]");
         let component = component(accessor.component_type, &place)?;
         let lanes = self.check_format(accessor, component, format, &place)?;
@@ -93,15 +109,6 @@ impl Accessors<'_> {
         if let Some(sparse) = &accessor.sparse {
             self.apply_sparse(sparse, component, accessor.normalized, &place, &mut values)?;
         }
-        if component == Component::F32
-            && let Some(bad) = values.data.iter().position(|value| !value.is_finite())
-        {
-            return Err(SceneError::invalid(
-                place,
-                "ACCESSOR_INVALID_FLOAT",
-                format!("{} {} is {}", format.what, bad / lanes, values.data[bad]),
-            ));
-        }
         Ok(values)
     }
 
@@ -119,7 +126,8 @@ impl Accessors<'_> {
         };
         let values = self.read(index, &FORMAT, from)?;
         let place = format!("accessors[{index}]");
-        let restart = match component(self.document.accessors[index as usize].component_type, &place)? {
+        let accessor = part(&self.document.accessors, index, "accessors", from)?;
+        let restart = match component(accessor.component_type, &place)? {
             Component::U8 => f64::from(u8::MAX),
             Component::U16 => f64::from(u16::MAX),
             _ => f64::from(u32::MAX),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::document::{Document, at};
+use super::document::{Document, at, part};
 use super::{LoadOptions, uri};
 use crate::scene::SceneError;
 
@@ -63,7 +63,7 @@ impl<'a> Buffers<'a> {
 
     /// Buffer view `index`, checked against its buffer; `from` names the place of the reference.
     pub fn view(&self, index: u64, from: &str) -> Result<View<'_>, SceneError> {
-        let view = at(&self.document.buffer_views, index, "bufferViews", from)?;
+        let view = part(&self.document.buffer_views, index, "bufferViews", from)?;
         let place = || format!("bufferViews[{index}]");
         at(&self.document.buffers, view.buffer, "buffers", &place())?;
         let data = self.data[view.buffer as usize].as_deref().ok_or_else(|| {

@@ -4,8 +4,10 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use glam::{DAffine3, DVec3, Vec3};
 use serde::Deserialize;
+use serde_json::Value;
 
 use super::document::{self, Extensions, extension};
+use super::faults::Faults;
 use crate::scene::SceneError;
 use crate::scene::camera::{Camera, Projection};
 use crate::scene::light::{LightKind, PunctualLight};
@@ -70,14 +72,14 @@ const PUNCTUAL: &str = "KHR_lights_punctual";
 
 /// One light of the root's `KHR_lights_punctual` list.
 #[derive(Debug, Deserialize)]
-pub struct Light {
+struct Light {
     name: Option<String>,
     #[serde(rename = "type")]
     kind: String,
     color: Option<[f64; 3]>,
     intensity: Option<f64>,
     /// Present: light ends at this distance, which is not physical and left out.
-    pub range: Option<f64>,
+    range: Option<f64>,
     spot: Option<Spot>,
 }
 
@@ -90,7 +92,7 @@ struct Spot {
 
 #[derive(Deserialize)]
 struct LightList {
-    lights: Vec<Light>,
+    lights: Vec<Value>,
 }
 
 #[derive(Deserialize)]
@@ -98,8 +100,8 @@ struct LightReference {
     light: u64,
 }
 
-/// The lights that nodes refer to.
-pub fn light_list(root: &Extensions) -> Result<Vec<Light>, SceneError> {
+/// The lights that nodes refer to, not read yet: one that is malformed does not concern the others.
+pub fn light_list(root: &Extensions) -> Result<Vec<Value>, SceneError> {
     Ok(extension::<LightList>(root, PUNCTUAL, "root")?.map_or_else(Vec::new, |list| list.lights))
 }
 
@@ -111,26 +113,25 @@ pub fn light_of(node: &Extensions, place: &str) -> Result<Option<u64>, SceneErro
 /// A punctual light at a node.
 ///
 /// # Errors
-/// Unknown types, negative intensities, cone angles not `0 <= inner < outer <= pi/2`.
-pub fn light(source: &Light, world: &DAffine3, place: &str) -> Result<PunctualLight, SceneError> {
+/// Malformed lights, unknown types, negative intensities; where strict, cone angles not `0 <= inner < outer <= pi/2`.
+pub fn light(
+    source: &Value,
+    world: &DAffine3,
+    place: &str,
+    faults: &mut Faults,
+) -> Result<PunctualLight, SceneError> {
+    let source = Light::deserialize(source)
+        .map_err(|error| SceneError::invalid(place, "TYPE_MISMATCH", format!("cannot read it: {error}")))?;
     let fault = |detail: String| SceneError::invalid(place, "VALUE_NOT_IN_RANGE", detail);
     let kind = match source.kind.as_str() {
         "point" => LightKind::Point,
         "directional" => LightKind::Directional,
-        "spot" => {
-            let spot = source.spot.as_ref();
-            let inner = spot.and_then(|spot| spot.inner_cone_angle).unwrap_or(0.0);
-            let outer = spot.and_then(|spot| spot.outer_cone_angle).unwrap_or(FRAC_PI_4);
-            // Exporters write pi/2 rounded up to single precision.
-            if !(inner >= 0.0 && inner < outer && outer as f32 <= FRAC_PI_2 as f32) {
-                return Err(fault(format!(
-                    "cone angles {inner} and {outer} are not 0 <= inner < outer <= pi/2"
-                )));
-            }
-            LightKind::Spot { inner: inner as f32, outer: outer as f32 }
-        }
+        "spot" => cone(source.spot.as_ref(), place, faults)?,
         other => return Err(fault(format!("light type \"{other}\" is unknown"))),
     };
+    if source.range.is_some() {
+        faults.note(place, "its range is ignored", "it lights any distance");
+    }
     let intensity = source.intensity.unwrap_or(1.0);
     let color = DVec3::from(source.color.unwrap_or([1.0; 3])) * intensity;
     let narrow = color.as_vec3();
@@ -145,10 +146,32 @@ pub fn light(source: &Light, world: &DAffine3, place: &str) -> Result<PunctualLi
             .as_vec3(),
     };
     Ok(PunctualLight {
-        name: source.name.clone().unwrap_or_else(|| place.into()),
+        name: source.name.unwrap_or_else(|| place.into()),
         kind,
         intensity: narrow,
         position: world.translation,
         direction,
     })
+}
+
+/// The cone of a spot light. Angles beyond their range are cut to it: an inner one that is not below the outer one is
+/// the hard edge that exporters mean by it.
+fn cone(spot: Option<&Spot>, place: &str, faults: &mut Faults) -> Result<LightKind, SceneError> {
+    let inner = spot.and_then(|spot| spot.inner_cone_angle).unwrap_or(0.0);
+    let outer = spot.and_then(|spot| spot.outer_cone_angle).unwrap_or(FRAC_PI_4);
+    let largest = FRAC_PI_2 as f32;
+    let (mut narrow_inner, mut narrow_outer) = (inner as f32, outer as f32);
+    // Exporters write pi/2 rounded up to single precision.
+    if !(inner >= 0.0 && inner < outer && narrow_outer <= largest) {
+        let detail = format!("cone angles {inner} and {outer} are not 0 <= inner < outer <= pi/2");
+        let error = SceneError::invalid(place, "VALUE_NOT_IN_RANGE", detail);
+        if outer <= 0.0 {
+            return Err(error);
+        }
+        narrow_outer = narrow_outer.min(largest);
+        narrow_inner = narrow_inner.clamp(0.0, narrow_outer);
+        let remedy = format!("they are cut to {narrow_inner} and {narrow_outer}");
+        faults.tolerate(place, error, &remedy)?;
+    }
+    Ok(LightKind::Spot { inner: narrow_inner, outer: narrow_outer })
 }

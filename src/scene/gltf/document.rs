@@ -2,9 +2,10 @@
 //!
 //! These types are our own because a renderer wants numbers as the file has them: `gltf-json` cuts indices to
 //! 32 bits (4294967296 becomes 0) and node transforms to `f32`. Nothing here is validated beyond its shape;
-//! every index is looked up through [`at`].
+//! every index is looked up through [`at`] or [`part`].
 
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value};
 
 use crate::scene::SceneError;
@@ -12,11 +13,35 @@ use crate::scene::SceneError;
 /// Extension objects by name.
 pub type Extensions = Map<String, Value>;
 
+/// An element of the document that may have another shape than glTF prescribes: that concerns nothing but what refers
+/// to it.
+#[derive(Debug)]
+pub struct Part<T>(Result<T, serde_json::Error>);
+
+impl<'de, T: DeserializeOwned> Deserialize<'de> for Part<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(T::deserialize(Value::deserialize(deserializer)?)))
+    }
+}
+
+impl<T> Part<T> {
+    /// The element, if it has the right shape; `place` names it.
+    pub fn get(&self, place: impl FnOnce() -> String) -> Result<&T, SceneError> {
+        self.0.as_ref().map_err(|error| {
+            SceneError::invalid(place(), "TYPE_MISMATCH", format!("it cannot be read: {error}"))
+        })
+    }
+
+    /// The element, if it has the right shape.
+    pub fn ok(&self) -> Option<&T> {
+        self.0.as_ref().ok()
+    }
+}
+
 /// The root object.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Document {
-    pub asset: Asset,
     #[serde(default)]
     pub extensions_used: Vec<String>,
     #[serde(default)]
@@ -31,32 +56,25 @@ pub struct Document {
     #[serde(default)]
     pub nodes: Vec<Node>,
     #[serde(default)]
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<Part<Mesh>>,
     #[serde(default)]
-    pub skins: Vec<Skin>,
+    pub skins: Vec<Part<Skin>>,
     #[serde(default)]
-    pub cameras: Vec<Camera>,
+    pub cameras: Vec<Part<Camera>>,
     #[serde(default)]
-    pub materials: Vec<Material>,
+    pub materials: Vec<Part<Material>>,
     #[serde(default)]
-    pub textures: Vec<Texture>,
+    pub textures: Vec<Part<Texture>>,
     #[serde(default)]
-    pub samplers: Vec<Sampler>,
+    pub samplers: Vec<Part<Sampler>>,
     #[serde(default)]
-    pub images: Vec<Image>,
+    pub images: Vec<Part<Image>>,
     #[serde(default)]
-    pub accessors: Vec<Accessor>,
+    pub accessors: Vec<Part<Accessor>>,
     #[serde(default)]
-    pub buffer_views: Vec<BufferView>,
+    pub buffer_views: Vec<Part<BufferView>>,
     #[serde(default)]
     pub buffers: Vec<Buffer>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Asset {
-    pub version: String,
-    pub min_version: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -88,7 +106,7 @@ pub struct Node {
 #[derive(Debug, Deserialize)]
 pub struct Mesh {
     pub name: Option<String>,
-    pub primitives: Vec<Primitive>,
+    pub primitives: Vec<Part<Primitive>>,
     pub weights: Option<Vec<f64>>,
 }
 
@@ -119,7 +137,7 @@ pub struct Skin {
 #[derive(Debug, Deserialize)]
 pub struct Camera {
     pub name: Option<String>,
-    #[serde(rename = "type")]
+    #[serde(rename = "type", default)]
     pub kind: String,
     pub perspective: Option<Perspective>,
     pub orthographic: Option<Orthographic>,
@@ -127,12 +145,16 @@ pub struct Camera {
 
 #[derive(Debug, Deserialize)]
 pub struct Perspective {
+    /// 0 where it is missing, which is no angle of view; likewise below.
+    #[serde(default)]
     pub yfov: f64,
 }
 
 #[derive(Debug, Deserialize)]
 pub struct Orthographic {
+    #[serde(default)]
     pub xmag: f64,
+    #[serde(default)]
     pub ymag: f64,
 }
 
@@ -265,8 +287,18 @@ pub fn at<'a, T>(items: &'a [T], index: u64, what: &'static str, from: &str) -> 
     })
 }
 
+/// Element `index` of the root array `what`, as [`at`] has it, if it has the right shape.
+pub fn part<'a, T>(
+    items: &'a [Part<T>],
+    index: u64,
+    what: &'static str,
+    from: &str,
+) -> Result<&'a T, SceneError> {
+    at(items, index, what, from)?.get(|| format!("{what}[{index}]"))
+}
+
 /// Reads an extension object into its type; `None` where it is absent.
-pub fn extension<T: serde::de::DeserializeOwned>(
+pub fn extension<T: DeserializeOwned>(
     extensions: &Extensions,
     name: &str,
     from: &str,

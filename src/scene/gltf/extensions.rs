@@ -1,6 +1,7 @@
 //! What Halfway does with each glTF extension.
 
-use super::document::Document;
+use super::document::{Document, Part};
+use super::faults::Faults;
 use crate::scene::SceneError;
 
 /// Read and honoured (or, like quantisation, a licence for formats that are read anyway).
@@ -54,22 +55,25 @@ pub fn unsupported(names: &[&str]) -> SceneError {
 }
 
 /// One warning for each used extension that is ignored: those listed, and those found on materials unlisted.
-pub fn warn_ignored(document: &Document, warnings: &mut Vec<String>) {
-    let on_materials = document.materials.iter().flat_map(|material| material.extensions.keys());
+pub fn warn_ignored(document: &Document, faults: &mut Faults) {
+    let on_materials =
+        document.materials.iter().filter_map(Part::ok).flat_map(|material| material.extensions.keys());
     let mut seen: Vec<&str> = Vec::new();
     for name in document.extensions_used.iter().chain(on_materials).map(String::as_str) {
         if !UNDERSTOOD.contains(&name) && !seen.contains(&name) {
             seen.push(name);
-            warnings.push(ignored(name));
+            let (problem, remedy) = ignored(name);
+            faults.note(format!("extension {name}"), problem, remedy);
         }
     }
 }
 
-fn ignored(name: &str) -> String {
+/// What is wrong, and what to do.
+fn ignored(name: &str) -> (&'static str, &'static str) {
     match name {
-        "EXT_lights_image_based" | "KHR_lights_image_based" => format!(
-            "the environment in the file ({name}) is not used; give a latitude-longitude picture of it with --env"
-        ),
-        _ => format!("extension {name} is ignored; the picture may differ"),
+        "EXT_lights_image_based" | "KHR_lights_image_based" => {
+            ("the environment in the file is not used", "give a latitude-longitude picture of it with --env")
+        }
+        _ => ("it is ignored", "the picture may differ"),
     }
 }

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::buffers::Buffers;
-use super::document::{Document, at, extension};
+use super::document::{Document, at, extension, part};
+use super::faults::Faults;
 use super::{LoadOptions, extensions, uri};
 use crate::scene::SceneError;
 use crate::scene::texture::{Filter, Image, Texture, Wrap};
@@ -18,10 +19,10 @@ use crate::scene::texture::{Filter, Image, Texture, Wrap};
 #[derive(Debug)]
 pub struct TextureTable<'a> {
     document: &'a Document,
-    /// glTF texture index of each entry of `textures`.
-    texture_sources: Vec<u64>,
-    /// glTF image index of each image.
-    image_sources: Vec<u64>,
+    /// glTF texture index of each entry of `textures`; `None` for the one that stands in for faulty ones.
+    texture_sources: Vec<Option<u64>>,
+    /// glTF image index of each image; likewise.
+    image_sources: Vec<Option<u64>>,
     pub textures: Vec<Texture>,
 }
 
@@ -38,12 +39,12 @@ impl<'a> TextureTable<'a> {
     /// The scene's index of glTF texture `index`; `from` names the reference.
     ///
     /// # Errors
-    /// Dangling references, unknown sampler modes, textures only in a format that is not supported.
-    pub fn register(&mut self, index: u64, from: &str) -> Result<u32, SceneError> {
-        if let Some(known) = self.texture_sources.iter().position(|source| *source == index) {
+    /// Dangling references, textures only in a format that is not supported; where strict, unknown sampler modes.
+    pub fn register(&mut self, index: u64, from: &str, faults: &mut Faults) -> Result<u32, SceneError> {
+        if let Some(known) = self.texture_sources.iter().position(|source| *source == Some(index)) {
             return Ok(known as u32);
         }
-        let texture = at(&self.document.textures, index, "textures", from)?;
+        let texture = part(&self.document.textures, index, "textures", from)?;
         let place = format!("textures[{index}]");
         let webp: Option<AlternativeSource> = extension(&texture.extensions, "EXT_texture_webp", &place)?;
         let Some(source) = webp.and_then(|webp| webp.source).or(texture.source) else {
@@ -55,21 +56,35 @@ impl<'a> TextureTable<'a> {
             });
         };
         at(&self.document.images, source, "images", &place)?;
+        let (wrap, filter) = match texture.sampler {
+            Some(sampler) => faults
+                .or_without(&place, self.sampler(sampler, &place), "it repeats and is filtered")?
+                .unwrap_or_default(),
+            None => Default::default(),
+        };
+        Ok(self.add(Some(index), Some(source), wrap, filter))
+    }
+
+    /// The scene's index of the texture that stands in for those that are faulty: magenta all over.
+    pub fn stand_in(&mut self) -> u32 {
+        match self.texture_sources.iter().position(Option::is_none) {
+            Some(known) => known as u32,
+            None => self.add(None, None, Default::default(), Filter::default()),
+        }
+    }
+
+    fn add(&mut self, index: Option<u64>, source: Option<u64>, wrap: [Wrap; 2], filter: Filter) -> u32 {
         let image = self.image_sources.iter().position(|known| *known == source).unwrap_or_else(|| {
             self.image_sources.push(source);
             self.image_sources.len() - 1
         });
-        let (wrap, filter) = match texture.sampler {
-            Some(sampler) => self.sampler(sampler, &place)?,
-            None => Default::default(),
-        };
         self.texture_sources.push(index);
         self.textures.push(Texture { image: image as u32, wrap, filter });
-        Ok((self.textures.len() - 1) as u32)
+        (self.textures.len() - 1) as u32
     }
 
     fn sampler(&self, index: u64, from: &str) -> Result<([Wrap; 2], Filter), SceneError> {
-        let sampler = at(&self.document.samplers, index, "samplers", from)?;
+        let sampler = part(&self.document.samplers, index, "samplers", from)?;
         let fault = |what: &str, code: u64| {
             SceneError::invalid(
                 format!("samplers[{index}]"),
@@ -91,48 +106,82 @@ impl<'a> TextureTable<'a> {
         Ok(([wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?], filter))
     }
 
-    /// Reads and decodes the images in use, on all threads.
+    /// Reads and decodes the images in use, on all threads. `None` for those that cannot be read, and for the one that
+    /// stands in for faulty textures.
     ///
     /// # Errors
-    /// Those of [`uri::fetch`] and [`decode`].
+    /// More pixels than the limit; where strict, those of [`uri::fetch`] and [`decode`].
     pub fn decode_images(
         &self,
         buffers: &Buffers<'_>,
         base_dir: Option<&Path>,
         options: &LoadOptions,
-        warnings: &mut Vec<String>,
-    ) -> Result<Vec<Image>, SceneError> {
-        let decoded: Vec<(Image, bool)> = self
+        faults: &mut Faults,
+    ) -> Result<Vec<Option<Image>>, SceneError> {
+        let decoded: Vec<_> = self
             .image_sources
             .par_iter()
-            .map(|&index| {
-                let place = format!("images[{index}]");
-                let source = at(&self.document.images, index, "images", &place)?;
-                let name = match (&source.name, &source.uri) {
-                    (Some(name), _) => name.clone(),
-                    (None, Some(uri)) if !uri.starts_with("data:") => uri.clone(),
-                    _ => place.clone(),
-                };
-                match (&source.uri, source.buffer_view) {
-                    (Some(uri), None) => decode(name, &uri::fetch(uri, base_dir, options)?, options),
-                    (None, Some(view)) => decode(name, buffers.view(view, &place)?.bytes, options),
-                    _ => Err(SceneError::invalid(
-                        place,
-                        "ONE_OF_MISMATCH",
-                        "an image needs either a uri or a bufferView",
-                    )),
-                }
-            })
-            .collect::<Result<_, _>>()?;
+            .map(|index| index.map(|index| self.decode_image(index, buffers, base_dir, options)))
+            .collect();
         let mut images = Vec::with_capacity(decoded.len());
-        for (image, reduced) in decoded {
-            if reduced {
-                warnings.push(format!("image {} is reduced to 8 bits per channel", image.name));
+        for (decoded, &index) in decoded.into_iter().zip(&self.image_sources) {
+            let (Some(decoded), Some(index)) = (decoded, index) else {
+                images.push(None);
+                continue;
+            };
+            let part = self.image_place(index);
+            let advice = match &decoded {
+                Err(SceneError::Image { .. }) => "; save it again as PNG, JPEG or WebP",
+                _ => "",
+            };
+            let remedy = format!("colours are magenta in its place, other slots do without it{advice}");
+            let image = faults.or_without(&part, decoded, &remedy)?;
+            if let Some((_, true)) = image {
+                faults.note(part, "it has more than 8 bits per channel", "it is reduced to 8 bits");
             }
-            images.push(image);
+            images.push(image.map(|(image, _)| image));
         }
         Ok(images)
     }
+
+    fn decode_image(
+        &self,
+        index: u64,
+        buffers: &Buffers<'_>,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<(Image, bool), SceneError> {
+        let place = format!("images[{index}]");
+        let source = part(&self.document.images, index, "images", &place)?;
+        let name = self.image_name(index).unwrap_or(&place).to_string();
+        match (&source.uri, source.buffer_view) {
+            (Some(uri), None) => decode(name, &uri::fetch(uri, base_dir, options)?, options),
+            (None, Some(view)) => decode(name, buffers.view(view, &place)?.bytes, options),
+            _ => {
+                let detail = "an image needs either a uri or a bufferView";
+                Err(SceneError::invalid(place, "ONE_OF_MISMATCH", detail))
+            }
+        }
+    }
+
+    /// What the file calls an image.
+    fn image_name(&self, index: u64) -> Option<&str> {
+        let source = self.document.images.get(index as usize)?.ok()?;
+        let uri = source.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+        source.name.as_deref().or(uri)
+    }
+
+    fn image_place(&self, index: u64) -> String {
+        match self.image_name(index) {
+            Some(name) => format!("images[{index}] \"{name}\""),
+            None => format!("images[{index}]"),
+        }
+    }
+}
+
+/// What stands in for a picture that cannot be read: a colour that no scene has by intention.
+pub fn magenta(name: &str) -> Image {
+    Image { name: name.into(), width: 1, height: 1, texels: vec![[255, 0, 255, 255]] }
 }
 
 /// Decodes a PNG, JPEG or WebP picture, recognised by its first bytes as glTF asks. The flag is true

@@ -1,13 +1,17 @@
 //! glTF materials to ours.
 
+use std::path::Path;
+
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use serde::Deserialize;
 
-use super::document::{self, Document, TextureInfo, at, extension};
-use super::extensions;
-use super::image::TextureTable;
-use crate::scene::SceneError;
+use super::buffers::Buffers;
+use super::document::{self, Document, TextureInfo, extension, part};
+use super::faults::Faults;
+use super::image::{TextureTable, magenta};
+use super::{LoadOptions, extensions};
 use crate::scene::material::{AlphaMode, Material, TextureRef};
+use crate::scene::{Scene, SceneError};
 
 /// `KHR_materials_ior` writes 0 for an infinite index (a dielectric that reflects everything); this stands for it,
 /// with a reflectance of 0.996 at normal incidence.
@@ -75,15 +79,16 @@ impl<'a> MaterialTable<'a> {
         Self { document, sources: Vec::new(), materials: Vec::new(), textures: TextureTable::new(document) }
     }
 
-    /// The scene's index of glTF material `index`, or of the default material.
+    /// The scene's index of glTF material `index`, or of the default material. A faulty one is magenta.
     ///
     /// # Errors
-    /// Dangling references, values outside of what the model can take, malformed extension objects.
+    /// Extensions without which it cannot be shown; where strict, dangling references, values outside of what the
+    /// model can take, malformed extension objects, and faulty textures.
     pub fn register(
         &mut self,
         index: Option<u64>,
         from: &str,
-        warnings: &mut Vec<String>,
+        faults: &mut Faults,
     ) -> Result<u32, SceneError> {
         if let Some(known) = self.sources.iter().position(|source| *source == index) {
             return Ok(known as u32);
@@ -91,25 +96,75 @@ impl<'a> MaterialTable<'a> {
         let material = match index {
             None => Material { name: "default".into(), ..Material::default() },
             Some(index) => {
-                let source = at(&self.document.materials, index, "materials", from)?;
-                let place = match &source.name {
-                    Some(name) => format!("materials[{index}] \"{name}\""),
-                    None => format!("materials[{index}]"),
+                let place = match self
+                    .document
+                    .materials
+                    .get(index as usize)
+                    .map(|source| source.ok()?.name.as_ref())
+                {
+                    Some(Some(name)) => format!("materials[{index}] \"{name}\""),
+                    Some(None) => format!("materials[{index}]"),
+                    None => from.into(),
                 };
-                Converter { source, place, textures: &mut self.textures, warnings }.convert(index)?
+                let converted = part(&self.document.materials, index, "materials", from).and_then(|source| {
+                    let textures = &mut self.textures;
+                    Converter { source, place: place.clone(), textures, faults }.convert(index)
+                });
+                faults
+                    .or_without(&place, converted, "what has this material is magenta")?
+                    .unwrap_or_else(|| Material::lambert("faulty", Vec3::new(1.0, 0.0, 1.0)))
             }
         };
         self.sources.push(index);
         self.materials.push(material);
         Ok((self.materials.len() - 1) as u32)
     }
+
+    /// Decodes the images and fills in the scene's materials, textures and images. Where a picture cannot be read,
+    /// colours are magenta and other slots are emptied.
+    ///
+    /// # Errors
+    /// Those of [`TextureTable::decode_images`].
+    pub fn finish(
+        mut self,
+        buffers: &Buffers<'_>,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+        faults: &mut Faults,
+        scene: &mut Scene,
+    ) -> Result<(), SceneError> {
+        let images = self.textures.decode_images(buffers, base_dir, options, faults)?;
+        let textures = self.textures.textures;
+        for material in &mut self.materials {
+            let slots = [
+                &mut material.metallic_roughness_texture,
+                &mut material.normal_texture,
+                &mut material.specular_texture,
+                &mut material.transmission_texture,
+            ];
+            for slot in slots {
+                *slot = slot.filter(|slot| images[textures[slot.texture as usize].image as usize].is_some());
+            }
+        }
+        scene.images = images.into_iter().map(|image| image.unwrap_or_else(|| magenta("missing"))).collect();
+        scene.textures = textures;
+        scene.materials = self.materials;
+        Ok(())
+    }
+}
+
+/// What a texture is for: a colour, or numbers of which none could stand for a missing texture.
+#[derive(Clone, Copy)]
+enum Slot {
+    Color,
+    Data,
 }
 
 struct Converter<'t, 'a> {
     source: &'a document::Material,
     place: String,
     textures: &'t mut TextureTable<'a>,
-    warnings: &'t mut Vec<String>,
+    faults: &'t mut Faults,
 }
 
 impl Converter<'_, '_> {
@@ -137,14 +192,14 @@ impl Converter<'_, '_> {
             name: source.name.clone().unwrap_or_else(|| format!("material {index}")),
             base_color: self.color([red, green, blue], "baseColorFactor")?,
             alpha: self.unit(alpha, "baseColorFactor alpha")?,
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref())?,
+            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Slot::Color)?,
             metallic: self.unit(pbr.metallic_factor.unwrap_or(1.0), "metallicFactor")?,
             roughness: self.unit(pbr.roughness_factor.unwrap_or(1.0), "roughnessFactor")?,
-            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref())?,
-            normal_texture: self.texture(source.normal_texture.as_ref())?,
+            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Slot::Data)?,
+            normal_texture: self.texture(source.normal_texture.as_ref(), Slot::Data)?,
             normal_scale: self.finite(normal_scale, "normalTexture.scale")?,
             emission: self.positive(emission, "emissiveFactor")?,
-            emission_texture: self.texture(source.emissive_texture.as_ref())?,
+            emission_texture: self.texture(source.emissive_texture.as_ref(), Slot::Color)?,
             alpha_mode,
             double_sided: source.double_sided,
             unlit: source.extensions.contains_key("KHR_materials_unlit"),
@@ -163,10 +218,11 @@ impl Converter<'_, '_> {
         }
         if let Some(specular) = self.extension::<Specular>("KHR_materials_specular")? {
             material.specular = self.unit(specular.specular_factor.unwrap_or(1.0), "specularFactor")?;
-            material.specular_texture = self.texture(specular.specular_texture.as_ref())?;
+            material.specular_texture = self.texture(specular.specular_texture.as_ref(), Slot::Data)?;
             let color = specular.specular_color_factor.unwrap_or([1.0; 3]);
             material.specular_color = self.positive(color, "specularColorFactor")?;
-            material.specular_color_texture = self.texture(specular.specular_color_texture.as_ref())?;
+            material.specular_color_texture =
+                self.texture(specular.specular_color_texture.as_ref(), Slot::Color)?;
         }
         Ok(())
     }
@@ -176,7 +232,8 @@ impl Converter<'_, '_> {
         if let Some(transmission) = self.extension::<Transmission>("KHR_materials_transmission")? {
             let factor = transmission.transmission_factor.unwrap_or(0.0);
             material.transmission = self.unit(factor, "transmissionFactor")?;
-            material.transmission_texture = self.texture(transmission.transmission_texture.as_ref())?;
+            material.transmission_texture =
+                self.texture(transmission.transmission_texture.as_ref(), Slot::Data)?;
         }
         if let Some(volume) = self.extension::<Volume>("KHR_materials_volume")? {
             // The thickness itself is a hint for rasterisers; rays measure the distance inside.
@@ -194,23 +251,31 @@ impl Converter<'_, '_> {
         Ok(())
     }
 
-    fn texture(&mut self, info: Option<&TextureInfo>) -> Result<Option<TextureRef>, SceneError> {
+    fn texture(&mut self, info: Option<&TextureInfo>, slot: Slot) -> Result<Option<TextureRef>, SceneError> {
         let Some(info) = info else { return Ok(None) };
         let transform: Option<TextureTransform> =
             extension(&info.extensions, "KHR_texture_transform", &self.place)?;
         let uv_set = transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
         if uv_set > 1 {
-            self.warnings.push(format!(
-                "{}: a texture uses TEXCOORD_{uv_set}, but only sets 0 and 1 are read; it is left out",
-                self.place
-            ));
+            let problem = format!("a texture uses TEXCOORD_{uv_set}, but only sets 0 and 1 are read");
+            self.faults.note(&self.place, problem, "it is left out");
             return Ok(None);
         }
         let transform = match transform {
             None => Affine2::IDENTITY,
             Some(transform) => self.transform(&transform)?,
         };
-        let texture = self.textures.register(info.index, &self.place)?;
+        let texture = match (self.textures.register(info.index, &self.place, self.faults), slot) {
+            (Ok(texture), _) => texture,
+            (Err(error), Slot::Color) => {
+                self.faults.tolerate(&self.place, error, "magenta is shown in its place")?;
+                self.textures.stand_in()
+            }
+            (Err(error), Slot::Data) => {
+                self.faults.tolerate(&self.place, error, "its factor alone counts")?;
+                return Ok(None);
+            }
+        };
         Ok(Some(TextureRef { texture, uv_set: uv_set as u32, transform }))
     }
 
@@ -250,7 +315,7 @@ impl Converter<'_, '_> {
     /// A factor in 0..=1. Exporters round just past the ends, so what lies outside is cut with a warning.
     fn unit(&mut self, value: f64, name: &str) -> Result<f32, SceneError> {
         if !(0.0..=1.0).contains(&value) {
-            self.warnings.push(format!("{}: {name} {value} is cut to 0..=1", self.place));
+            self.faults.note(&self.place, format!("{name} is {value}"), "it is cut to 0..=1");
         }
         self.finite(value.clamp(0.0, 1.0), name)
     }

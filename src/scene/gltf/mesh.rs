@@ -5,6 +5,7 @@ use serde_json::{Map, Value};
 
 use super::document::{self, Document};
 use super::extensions;
+use super::faults::Faults;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format, Values};
 
@@ -73,14 +74,16 @@ pub struct PrimitiveReader<'a> {
 
 impl PrimitiveReader<'_> {
     /// Attributes and triangles, morph targets applied with `weights` (none where empty). Tangents are read only
-    /// where `wants_tangents`.
+    /// where `wants_tangents`. Attributes other than positions are left out where they are faulty.
     ///
     /// # Errors
-    /// Those of [`Accessors::read`]; attributes of different length; index counts that make no whole triangles.
+    /// Those of [`Accessors::read`] for positions, morph targets and indices; fewer indices than a triangle has. Where
+    /// strict, those of all attributes; attributes of different length; indices that make no whole triangles.
     pub fn read(
         &self,
         weights: &[f64],
         wants_tangents: bool,
+        faults: &mut Faults,
     ) -> Result<Result<Primitive, Skipped>, SceneError> {
         match self.source.mode {
             0 => return Ok(Err(Skipped::Points)),
@@ -96,32 +99,53 @@ impl PrimitiveReader<'_> {
         let count = positions.len();
         let mut primitive = Primitive {
             positions: positions.elements().map(DVec3::from_array).collect(),
-            normals: self.vectors(attributes, "NORMAL", &NORMAL, count)?,
+            normals: self.normals(count, faults)?,
             ..Primitive::default()
         };
+        let mut optional = |format: &Format, remedy| {
+            let read = self.attribute(attributes, format.what, format, Some(count));
+            faults.or_without(self.place, read, remedy).map(Option::flatten)
+        };
         if wants_tangents && primitive.normals.is_some() {
-            let tangents = self.attribute(attributes, "TANGENT", &TANGENT, Some(count))?;
+            let tangents = optional(&TANGENT, "tangents are computed from the texture coordinates")?;
             primitive.tangents = tangents.map(|values| values.elements().map(DVec4::from_array).collect());
         }
         for (uvs, format) in primitive.uvs.iter_mut().zip(&TEXCOORD) {
-            let values = self.attribute(attributes, format.what, format, Some(count))?;
+            let values = optional(format, "(0, 0) is used")?;
             *uvs = values.map(|values| values.elements().map(DVec2::from_array).collect());
         }
-        let colors = self.attribute(attributes, "COLOR_0", &COLOR, Some(count))?;
+        let colors = optional(&COLOR, "its vertices are white")?;
         primitive.colors = colors.as_ref().map(with_alpha);
-        self.apply_targets(&mut primitive, weights)?;
-        primitive.triangles = self.triangles(count)?;
+        self.apply_targets(&mut primitive, weights, faults)?;
+        primitive.triangles = self.triangles(count, faults)?;
         Ok(Ok(primitive))
     }
 
-    /// Joints and weights; `None` where the primitive has none.
+    /// Normals as the file has them; zero where they are not finite, which is repaired once the vertices have their
+    /// places.
+    fn normals(&self, count: usize, faults: &mut Faults) -> Result<Option<Vec<DVec3>>, SceneError> {
+        let read = self.accessor(&self.source.attributes, NORMAL.what).and_then(|accessor| {
+            let Some(accessor) = accessor else { return Ok(None) };
+            let values = match faults.is_strict() {
+                true => self.accessors.read(accessor, &NORMAL, self.place),
+                false => self.accessors.read_as_is(accessor, &NORMAL, self.place),
+            };
+            self.counted(NORMAL.what, values?, Some(count)).map(Some)
+        });
+        let values = faults.or_without(self.place, read, "those of its triangles are used")?.flatten();
+        let finite = |normal: DVec3| if normal.is_finite() { normal } else { DVec3::ZERO };
+        Ok(values.map(|values| values.elements().map(|normal| finite(DVec3::from_array(normal))).collect()))
+    }
+
+    /// Joints and weights; `None` where the primitive has none. A vertex without any weight goes with its first joint.
     ///
     /// # Errors
-    /// Those of [`Accessors::read`]; joints not below `joint_count`; vertices without any weight.
+    /// Those of [`Accessors::read`]; joints not below `joint_count`; where strict, vertices without any weight.
     pub fn influences(
         &self,
         vertex_count: usize,
         joint_count: usize,
+        faults: &mut Faults,
     ) -> Result<Option<Influences>, SceneError> {
         let attributes = &self.source.attributes;
         let mut sets = Vec::new();
@@ -149,6 +173,7 @@ impl PrimitiveReader<'_> {
             joints: Vec::with_capacity(vertex_count * lanes),
             weights: Vec::with_capacity(vertex_count * lanes),
         };
+        let mut weightless = Vec::new();
         for vertex in 0..vertex_count {
             let start = influences.weights.len();
             for (joints, weights) in &sets {
@@ -157,12 +182,14 @@ impl PrimitiveReader<'_> {
                 influences.weights.extend_from_slice(&weights.data[lanes]);
             }
             let weights = &mut influences.weights[start..];
-            let sum: f64 = weights.iter().sum();
+            let mut sum: f64 = weights.iter().sum();
             if weights.iter().any(|weight| *weight < 0.0) || sum <= 0.0 {
-                return Err(self.fault(
-                    "ACCESSOR_WEIGHTS_NON_NORMALIZED",
-                    format!("vertex {vertex} has no or a negative weight"),
-                ));
+                weightless.push(vertex);
+                weights.iter_mut().for_each(|weight| *weight = weight.max(0.0));
+                if weights.iter().all(|weight| *weight == 0.0) {
+                    weights[0] = 1.0;
+                }
+                sum = weights.iter().sum();
             }
             weights.iter_mut().for_each(|weight| *weight /= sum);
             // Unused influences may name any joint; glTF wants 0 there, exporters differ.
@@ -177,6 +204,14 @@ impl PrimitiveReader<'_> {
                 }
             }
         }
+        if let Some(first) = weightless.first() {
+            let error = self.fault(
+                "ACCESSOR_WEIGHTS_NON_NORMALIZED",
+                format!("vertex {first} has no or a negative weight, one of {}", weightless.len()),
+            );
+            let remedy = "negative weights count as none, and vertices without any go with their first joint";
+            faults.tolerate(self.place, error, remedy)?;
+        }
         Ok(Some(influences))
     }
 
@@ -184,7 +219,8 @@ impl PrimitiveReader<'_> {
     fn check_compression(&self) -> Result<(), SceneError> {
         const DRACO: &str = "KHR_draco_mesh_compression";
         let plain = |accessor: &Value| {
-            let accessor = accessor.as_u64().and_then(|index| self.document.accessors.get(index as usize));
+            let accessor =
+                accessor.as_u64().and_then(|index| self.document.accessors.get(index as usize)?.ok());
             accessor.is_none_or(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
         };
         if self.source.extensions.contains_key(DRACO) && !self.source.attributes.values().all(plain) {
@@ -200,17 +236,27 @@ impl PrimitiveReader<'_> {
         format: &Format,
         count: Option<usize>,
     ) -> Result<Option<Values>, SceneError> {
-        let Some(accessor) = attributes.get(name) else { return Ok(None) };
-        let accessor = accessor
-            .as_u64()
-            .ok_or_else(|| self.fault("TYPE_MISMATCH", format!("{name} is no accessor index")))?;
+        let Some(accessor) = self.accessor(attributes, name)? else { return Ok(None) };
         let values = self.accessors.read(accessor, format, self.place)?;
+        self.counted(name, values, count).map(Some)
+    }
+
+    fn accessor(&self, attributes: &Map<String, Value>, name: &str) -> Result<Option<u64>, SceneError> {
+        let Some(accessor) = attributes.get(name) else { return Ok(None) };
+        match accessor.as_u64() {
+            Some(accessor) => Ok(Some(accessor)),
+            None => Err(self.fault("TYPE_MISMATCH", format!("{name} is no accessor index"))),
+        }
+    }
+
+    /// The values, if there are as many as asked for.
+    fn counted(&self, name: &str, values: Values, count: Option<usize>) -> Result<Values, SceneError> {
         match count {
             Some(count) if count != values.len() => Err(self.fault(
                 "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT",
                 format!("{name} has {} elements, POSITION has {count}", values.len()),
             )),
-            _ => Ok(Some(values)),
+            _ => Ok(values),
         }
     }
 
@@ -225,13 +271,19 @@ impl PrimitiveReader<'_> {
         Ok(values.map(|values| values.elements().map(DVec3::from_array).collect()))
     }
 
-    fn apply_targets(&self, primitive: &mut Primitive, weights: &[f64]) -> Result<(), SceneError> {
+    fn apply_targets(
+        &self,
+        primitive: &mut Primitive,
+        weights: &[f64],
+        faults: &mut Faults,
+    ) -> Result<(), SceneError> {
         let targets = &self.source.targets;
         if !weights.is_empty() && weights.len() != targets.len() {
-            return Err(self.fault(
+            let error = self.fault(
                 "MESH_INVALID_WEIGHTS_COUNT",
                 format!("{} weights for {} morph targets", weights.len(), targets.len()),
-            ));
+            );
+            faults.tolerate(self.place, error, "those that have no counterpart are left out")?;
         }
         let delta = |what, kinds| Format { what, kinds, integers: QUANTIZED, float: true };
         let count = primitive.positions.len();
@@ -274,20 +326,21 @@ impl PrimitiveReader<'_> {
     }
 
     /// glTF 2.0, 3.7.2.1 "Overview": how strips and fans run; both keep the winding of their first triangle.
-    fn triangles(&self, vertex_count: usize) -> Result<Vec<[u32; 3]>, SceneError> {
+    fn triangles(&self, vertex_count: usize, faults: &mut Faults) -> Result<Vec<[u32; 3]>, SceneError> {
         let indices = match self.source.indices {
             Some(accessor) => self.accessors.read_indices(accessor, vertex_count, self.place)?,
             None => (0..vertex_count as u32).collect(),
         };
-        let whole = match self.source.mode {
-            4 => indices.len().is_multiple_of(3),
-            _ => indices.len() >= 3,
-        };
-        if !whole {
-            return Err(self.fault(
+        let rest = if self.source.mode == 4 { indices.len() % 3 } else { 0 };
+        if indices.len() < 3 || rest > 0 {
+            let error = self.fault(
                 "MESH_PRIMITIVE_INCOMPATIBLE_MODE",
                 format!("{} vertices do not make whole triangles", indices.len()),
-            ));
+            );
+            if indices.len() < 3 {
+                return Err(error);
+            }
+            faults.tolerate(self.place, error, &format!("the last {rest} are left out"))?;
         }
         let count = if self.source.mode == 4 { indices.len() / 3 } else { indices.len() - 2 };
         let corner = |i: usize| match self.source.mode {

@@ -1,12 +1,13 @@
 //! Reading glTF 2.0 (.gltf and .glb) into a [`Scene`].
 //!
 //! ```text
-//! container -> document -> extensions (refuse or warn) -> buffers
+//! container -> integers -> document -> extensions (refuse or warn) -> buffers
 //!           -> nodes -> mesh -> skin -> tangents -> place     one mesh per primitive and instance
 //!           -> camera (and lights), material -> image
 //! ```
 //! A file is not trusted: every index, offset, count and float is checked before use, and URIs stay in the
-//! folder of the file. Faults carry the code that the Khronos glTF validator gives them.
+//! folder of the file. Faults carry the code that the Khronos glTF validator gives them. One that concerns a part costs
+//! that part and is a warning (`faults`), unless the file is read strictly.
 
 mod accessor;
 mod buffers;
@@ -14,7 +15,9 @@ mod camera;
 mod container;
 mod document;
 mod extensions;
+mod faults;
 mod image;
+mod integers;
 mod material;
 mod mesh;
 mod nodes;
@@ -27,12 +30,15 @@ mod uri;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, DVec4};
+use serde::Deserialize;
+use serde_json::Value;
 
-use super::Scene;
+use super::{Camera, PunctualLight, Scene};
 use crate::scene::SceneError;
 use accessor::Accessors;
 use buffers::Buffers;
-use document::{Document, at};
+use document::{Document, at, part};
+use faults::Faults;
 use material::MaterialTable;
 use mesh::{Primitive, PrimitiveReader, Skipped};
 use nodes::NodeTree;
@@ -59,63 +65,74 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
 /// # Errors
 /// Those of [`load`].
 pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let mut faults = Faults::new(options.strict);
     let container = container::split(bytes)?;
-    let document: Document =
-        serde_json::from_slice(container.json).map_err(|cause| malformed(container.json, cause))?;
-    check_version(&document)?;
+    let document = parse(container.json, &mut faults)?;
     extensions::check_required(&document)?;
     let buffers = Buffers::load(&document, container.bin, base_dir, options)?;
     let mut loader = Loader {
         document: &document,
         accessors: Accessors { document: &document, buffers: &buffers, options },
-        tree: NodeTree::new(&document)?,
+        tree: NodeTree::new(&document, &mut faults)?,
         materials: MaterialTable::new(&document),
         scene: Scene::default(),
+        faults,
         skipped: [0; 3],
         vertices: 0,
         triangles: 0,
         options,
     };
-    extensions::warn_ignored(&document, &mut loader.scene.warnings);
+    extensions::warn_ignored(&document, &mut loader.faults);
     loader.add_cameras_and_lights()?;
     loader.add_meshes()?;
     loader.add_resolution();
     loader.warn_skipped();
 
-    let Loader { mut scene, materials, .. } = loader;
-    scene.images = materials.textures.decode_images(&buffers, base_dir, options, &mut scene.warnings)?;
-    scene.textures = materials.textures.textures;
-    scene.materials = materials.materials;
+    let Loader { mut scene, materials, mut faults, .. } = loader;
+    materials.finish(&buffers, base_dir, options, &mut faults, &mut scene)?;
+    scene.warnings = faults.into_warnings();
     Ok(scene)
 }
 
-/// JSON of another shape than that of glTF 2.0: it may be glTF 1.0, where the lists of the root are objects and the version
-/// may be left out.
-fn malformed(json: &[u8], cause: serde_json::Error) -> SceneError {
-    let value: serde_json::Value = serde_json::from_slice(json).unwrap_or_default();
-    let lists = ["accessors", "meshes", "nodes", "scenes"].map(|name| &value[name]);
-    match value["asset"]["version"].as_str() {
-        Some(version) if version.split('.').next() != Some("2") => {
-            SceneError::Version { version: version.into() }
-        }
-        None if lists.iter().any(|list| list.is_object()) => SceneError::Version { version: "1.0".into() },
-        _ => SceneError::Json { cause },
+/// The document, with integers where integers are due.
+fn parse(json: &[u8], faults: &mut Faults) -> Result<Document, SceneError> {
+    let mut value: Value = serde_json::from_slice(json).map_err(|cause| SceneError::Json { cause })?;
+    check_version(&value)?;
+    let repaired = integers::repair(&mut value);
+    if repaired.count > 0 {
+        let detail = format!("written with a fraction where an integer is due, one of {}", repaired.count);
+        let error = SceneError::invalid(&repaired.first, "TYPE_MISMATCH", detail);
+        faults.tolerate(&repaired.first, error, "they are read as integers")?;
     }
+    Document::deserialize(value).map_err(|cause| SceneError::Json { cause })
 }
 
-fn check_version(document: &Document) -> Result<(), SceneError> {
-    let asset = &document.asset;
-    let minimum_fits = asset.min_version.as_deref().is_none_or(|version| version == "2.0");
-    if asset.version.split('.').next() == Some("2") && minimum_fits {
+/// glTF 1.0 is told by its version, or by objects where 2.0 has lists: it did not ask for a version.
+fn check_version(document: &Value) -> Result<(), SceneError> {
+    let asset = &document["asset"];
+    let text = |name: &str| match &asset[name] {
+        Value::String(version) => Some(version.clone()),
+        Value::Number(version) => Some(version.to_string()),
+        _ => None,
+    };
+    let lists_are_objects = ["nodes", "meshes", "buffers"].iter().any(|name| document[name].is_object());
+    let old = lists_are_objects.then(|| "1.0".to_string());
+    let Some(version) = text("version").or(old) else {
+        return Err(SceneError::invalid("asset", "UNDEFINED_PROPERTY", "the version is missing"));
+    };
+    let minimum = text("minVersion");
+    let minimum_fits = minimum.as_deref().is_none_or(|version| version == "2.0");
+    if version.split('.').next() == Some("2") && minimum_fits {
         return Ok(());
     }
-    Err(SceneError::Version { version: asset.min_version.as_ref().unwrap_or(&asset.version).clone() })
+    Err(SceneError::Version { version: minimum.unwrap_or(version) })
 }
 
 /// One primitive's mesh at one node.
 struct Placement<'a> {
     node: usize,
     mesh: u64,
+    source: &'a document::Mesh,
     weights: &'a [f64],
 }
 
@@ -125,6 +142,7 @@ struct Loader<'a> {
     tree: NodeTree,
     materials: MaterialTable<'a>,
     scene: Scene,
+    faults: Faults,
     /// Primitives not shown: points, lines, without positions.
     skipped: [usize; 3],
     /// Vertices and triangles placed so far.
@@ -141,29 +159,41 @@ struct Ready {
 
 impl<'a> Loader<'a> {
     fn add_cameras_and_lights(&mut self) -> Result<(), SceneError> {
-        let lights = camera::light_list(&self.document.extensions)?;
-        for &node in &self.tree.shown {
-            let source = &self.document.nodes[node];
-            let world = &self.tree.world[node];
+        let lights = camera::light_list(&self.document.extensions);
+        let lights = self.faults.or_without("KHR_lights_punctual", lights, "its lights are left out")?;
+        for node in self.tree.shown.clone() {
             let place = format!("nodes[{node}]");
-            if let Some(index) = source.camera {
-                let camera = at(&self.document.cameras, index, "cameras", &place)?;
-                let name = camera.name.as_ref().or(source.name.as_ref()).unwrap_or(&place);
-                let place = format!("cameras[{index}]");
-                self.scene.cameras.push(camera::camera(camera, name, world, &place)?);
+            if let Some(index) = self.document.nodes[node].camera {
+                let camera = self.camera(node, index, &place);
+                let camera = self.faults.or_without(&place, camera, "this camera is left out")?;
+                self.scene.cameras.extend(camera);
             }
-            if let Some(index) = camera::light_of(&source.extensions, &place)? {
-                let light = at(&lights, index, "KHR_lights_punctual.lights", &place)?;
-                let place = format!("light {index} at {place}");
-                if light.range.is_some() {
-                    self.scene
-                        .warnings
-                        .push(format!("{place}: its range is ignored, it lights any distance"));
-                }
-                self.scene.lights.push(camera::light(light, world, &place)?);
-            }
+            let Some(lights) = &lights else { continue };
+            let light = self.light(node, lights, &place);
+            let light = self.faults.or_without(&place, light, "this light is left out")?;
+            self.scene.lights.extend(light.flatten());
         }
         Ok(())
+    }
+
+    fn camera(&self, node: usize, index: u64, place: &str) -> Result<Camera, SceneError> {
+        let source = part(&self.document.cameras, index, "cameras", place)?;
+        let name = source.name.as_deref().or(self.document.nodes[node].name.as_deref()).unwrap_or(place);
+        camera::camera(source, name, &self.tree.world[node], &format!("cameras[{index}]"))
+    }
+
+    fn light(
+        &mut self,
+        node: usize,
+        lights: &[Value],
+        place: &str,
+    ) -> Result<Option<PunctualLight>, SceneError> {
+        let Some(index) = camera::light_of(&self.document.nodes[node].extensions, place)? else {
+            return Ok(None);
+        };
+        let light = at(lights, index, "KHR_lights_punctual.lights", place)?;
+        let place = format!("light {index} at {place}");
+        camera::light(light, &self.tree.world[node], &place, &mut self.faults).map(Some)
     }
 
     fn add_meshes(&mut self) -> Result<(), SceneError> {
@@ -171,9 +201,12 @@ impl<'a> Loader<'a> {
         let mut placements = Vec::new();
         for &node in &self.tree.shown {
             let Some(mesh) = document.nodes[node].mesh else { continue };
-            let source = at(&document.meshes, mesh, "meshes", &format!("nodes[{node}]"))?;
+            let place = format!("nodes[{node}]");
+            let source = part(&document.meshes, mesh, "meshes", &place);
+            let Some(source) = self.faults.or_without(&place, source, "it shows no mesh")? else { continue };
             let weights = document.nodes[node].weights.as_ref().or(source.weights.as_ref());
-            placements.push(Placement { node, mesh, weights: weights.map_or(&[], Vec::as_slice) });
+            let weights = weights.map_or(&[][..], Vec::as_slice);
+            placements.push(Placement { node, mesh, source, weights });
         }
         // Nodes that show the same mesh follow each other, so that it is read once and kept no longer than needed.
         placements.sort_by_key(|placement| placement.mesh);
@@ -197,50 +230,57 @@ impl<'a> Loader<'a> {
 
     /// The primitives of a mesh, posed as the node has them.
     fn read_mesh(&mut self, placement: &Placement<'_>) -> Result<Vec<Ready>, SceneError> {
-        let document = self.document;
-        let mesh = &document.meshes[placement.mesh as usize];
+        let mesh = placement.source;
         let mut primitives = Vec::with_capacity(mesh.primitives.len());
         for (index, source) in mesh.primitives.iter().enumerate() {
             let place = format!("meshes[{}].primitives[{index}]", placement.mesh);
-            let material = self.materials.register(source.material, &place, &mut self.scene.warnings)?;
-            let normal_map = self.materials.materials[material as usize].normal_texture;
-            let reader = PrimitiveReader { document, accessors: self.accessors, source, place: &place };
-            let mut primitive = match reader.read(placement.weights, normal_map.is_some())? {
-                Ok(primitive) => primitive,
-                Err(skipped) => {
-                    self.skipped[skipped as usize] += 1;
-                    continue;
-                }
-            };
-            self.warn_missing_uvs(&primitive, material, &place);
-            self.warn_black_colors(&primitive, &place);
-            if let Some(skin) = document.nodes[placement.node].skin {
-                self.pose(&reader, &mut primitive, skin)?;
-            }
-            let repaired = place::repair_normals(&mut primitive);
-            if repaired > 0 {
-                self.scene.warnings.push(format!(
-                    "{place}: {repaired} normals have no length; those of the triangles are used"
-                ));
-            }
-            if let Some(normal_map) = normal_map
-                && primitive.tangents.is_none()
-            {
-                tangents::generate(&mut primitive, normal_map.uv_set as usize)
-                    .map_err(|error| SceneError::invalid(&place, "TANGENT_SPACE", error.to_string()))?;
-            }
-            primitives.push(Ready { primitive, material });
+            let ready = source
+                .get(|| place.clone())
+                .and_then(|source| self.read_primitive(placement, source, &place));
+            primitives.extend(self.faults.or_without(&place, ready, "it is left out")?.flatten());
         }
         Ok(primitives)
     }
 
-    fn warn_black_colors(&mut self, primitive: &Primitive, place: &str) {
+    /// A primitive as the node poses it; nothing where it is of a kind that is not shown.
+    fn read_primitive(
+        &mut self,
+        placement: &Placement<'_>,
+        source: &document::Primitive,
+        place: &str,
+    ) -> Result<Option<Ready>, SceneError> {
+        let document = self.document;
+        let material = self.materials.register(source.material, place, &mut self.faults)?;
+        let normal_map = self.materials.materials[material as usize].normal_texture;
+        let reader = PrimitiveReader { document, accessors: self.accessors, source, place };
+        let mut primitive = match reader.read(placement.weights, normal_map.is_some(), &mut self.faults)? {
+            Ok(primitive) => primitive,
+            Err(skipped) => {
+                self.skipped[skipped as usize] += 1;
+                return Ok(None);
+            }
+        };
+        self.warn_missing_uvs(source, material, place);
         let black = |colors: &Vec<DVec4>| colors.iter().all(|color| color.truncate() == DVec3::ZERO);
         if primitive.colors.as_ref().is_some_and(black) {
-            self.scene.warnings.push(format!(
-                "{place}: all vertex colours (COLOR_0) are black, and so is the surface; export the mesh without them"
-            ));
+            let problem = "all vertex colours (COLOR_0) are black, and so is the surface";
+            self.faults.note(place, problem, "export the mesh without them");
         }
+        if let Some(skin) = document.nodes[placement.node].skin {
+            self.pose(&reader, &mut primitive, skin)?;
+        }
+        let repaired = place::repair_normals(&mut primitive);
+        if repaired > 0 {
+            let problem = format!("{repaired} normals are not finite or have no length");
+            self.faults.note(place, problem, "those of the triangles are used");
+        }
+        if let Some(normal_map) = normal_map
+            && primitive.tangents.is_none()
+        {
+            tangents::generate(&mut primitive, normal_map.uv_set as usize)
+                .map_err(|error| SceneError::invalid(place, "TANGENT_SPACE", error.to_string()))?;
+        }
+        Ok(Some(Ready { primitive, material }))
     }
 
     fn pose(
@@ -251,16 +291,16 @@ impl<'a> Loader<'a> {
     ) -> Result<(), SceneError> {
         let world = &self.tree.world;
         let joints = skin::joint_matrices(self.document, skin, world, &self.accessors, reader.place)?;
-        match reader.influences(primitive.positions.len(), joints.len())? {
+        match reader.influences(primitive.positions.len(), joints.len(), &mut self.faults)? {
             Some(influences) => skin::pose(primitive, &influences, &joints),
-            None => self.scene.warnings.push(format!("{}: skinned, but without joints", reader.place)),
+            None => self.faults.note(reader.place, "skinned, but without joints", "it is not posed"),
         }
         Ok(())
     }
 
     fn place_mesh(&mut self, placement: &Placement<'_>, primitives: &[Ready]) -> Result<(), SceneError> {
         let node = &self.document.nodes[placement.node];
-        let mesh = &self.document.meshes[placement.mesh as usize];
+        let mesh = placement.source;
         let name = match (&node.name, &mesh.name) {
             (Some(name), _) | (None, Some(name)) => name.clone(),
             (None, None) => format!("mesh {}", placement.mesh),
@@ -270,13 +310,17 @@ impl<'a> Loader<'a> {
             vec![DAffine3::IDENTITY]
         } else {
             let world = self.tree.world[placement.node];
-            let instances = nodes::instances(node, placement.node, &self.accessors)?;
-            instances.into_iter().map(|instance| world * instance).collect()
+            let place = format!("nodes[{}]", placement.node);
+            let instances = nodes::instances(node, placement.node, &self.accessors);
+            let instances = self.faults.or_without(&place, instances, "its mesh is left out")?;
+            instances.unwrap_or_default().into_iter().map(|instance| world * instance).collect()
         };
+        let place = format!("nodes[{}]", placement.node);
         for Ready { primitive, material } in primitives {
             self.count(primitive, transforms.len())?;
             for transform in &transforms {
-                self.scene.meshes.push(place::place(primitive, transform, &name, *material)?);
+                let mesh = place::place(primitive, transform, &name, *material);
+                self.scene.meshes.extend(self.faults.or_without(&place, mesh, "its mesh is left out")?);
             }
         }
         Ok(())
@@ -299,14 +343,15 @@ impl<'a> Loader<'a> {
         Ok(())
     }
 
-    fn warn_missing_uvs(&mut self, primitive: &Primitive, material: u32, place: &str) {
+    /// Attributes that are there but faulty have been reported.
+    fn warn_missing_uvs(&mut self, source: &document::Primitive, material: u32, place: &str) {
         let material = &self.materials.materials[material as usize];
-        for (set, uvs) in primitive.uvs.iter().enumerate() {
-            if uvs.is_none() && material.textures().any(|texture| texture.uv_set as usize == set) {
-                self.scene.warnings.push(format!(
-                    "{place}: its material \"{}\" wants TEXCOORD_{set}, which is missing; (0, 0) is used",
-                    material.name
-                ));
+        for set in 0..2 {
+            let name = format!("TEXCOORD_{set}");
+            let wanted = material.textures().any(|texture| texture.uv_set == set);
+            if wanted && !source.attributes.contains_key(&name) {
+                let problem = format!("its material \"{}\" wants {name}, which is missing", material.name);
+                self.faults.note(place, problem, "(0, 0) is used");
             }
         }
     }
@@ -317,24 +362,29 @@ impl<'a> Loader<'a> {
             Ok(resolution) if resolution.iter().all(|side| *side > 0) => {
                 self.scene.resolution = Some(resolution);
             }
-            _ => self.scene.warnings.push(format!("extras.resolution {value} is not [width, height]")),
+            _ => self.faults.note(
+                "extras.resolution",
+                format!("{value} is not [width, height] in pixels"),
+                "the default size is used",
+            ),
         }
     }
 
     fn warn_skipped(&mut self) {
         let kinds = [
-            (Skipped::Points, "primitives of points are not shown"),
-            (Skipped::Lines, "primitives of lines are not shown"),
-            (Skipped::NoPositions, "primitives without POSITION are not shown"),
+            (Skipped::Points, "primitives of points"),
+            (Skipped::Lines, "primitives of lines"),
+            (Skipped::NoPositions, "primitives without POSITION"),
         ];
         for (kind, what) in kinds {
             let count = self.skipped[kind as usize];
             if count > 0 {
-                self.scene.warnings.push(format!("{count} {what}"));
+                self.faults.note("meshes", format!("{count} {what}"), "they are not shown");
             }
         }
-        if self.scene.meshes.is_empty() {
-            self.scene.warnings.push("there is no mesh to see in the scene".into());
+        // What was left out has been reported, and may be all there was.
+        if self.scene.meshes.is_empty() && self.faults.is_empty() {
+            self.faults.note("scene", "there is no mesh to see", "only its environment, if any, is seen");
         }
     }
 }

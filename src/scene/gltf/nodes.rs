@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
-use super::document::{Document, Node, at, extension};
+use super::document::{Document, Node, SceneList, at, extension};
+use super::faults::Faults;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format};
 
@@ -27,100 +28,186 @@ struct Instancing {
 }
 
 impl NodeTree {
-    /// Walks the tree without recursion. The scene shown is `scene`, else the first, else all root nodes.
+    /// Walks the tree without recursion. The scene shown is `scene`, else the first, else all root nodes. A node that
+    /// has no place is left out with all below it.
     ///
     /// # Errors
-    /// Dangling references, a node with two parents, loops, more than 1024 levels, transforms that are not finite.
-    pub fn new(document: &Document) -> Result<Self, SceneError> {
-        let parents = parents(document)?;
-        let mut world = vec![DAffine3::IDENTITY; document.nodes.len()];
-        let mut reached = vec![false; document.nodes.len()];
-        let roots = (0..document.nodes.len()).filter(|&node| parents[node].is_none());
-        let mut stack: Vec<(usize, DAffine3, usize)> =
-            roots.map(|node| (node, DAffine3::IDENTITY, 1)).collect();
+    /// More than 1024 levels; where strict, dangling references, a node with two parents, loops, nodes that a scene
+    /// lists although they have a parent, rotations without length, transforms that are not finite.
+    pub fn new(document: &Document, faults: &mut Faults) -> Result<Self, SceneError> {
+        let family = Family::new(document, faults)?;
+        let count = document.nodes.len();
+        let mut world = vec![DAffine3::IDENTITY; count];
+        let mut reached = vec![false; count];
+        let mut placed = vec![false; count];
+        let roots = (0..count).filter(|&node| family.parents[node].is_none());
+        let mut stack: Vec<(usize, Option<DAffine3>, usize)> =
+            roots.map(|node| (node, Some(DAffine3::IDENTITY), 1)).collect();
         while let Some((node, parent, depth)) = stack.pop() {
             if depth > MAX_DEPTH {
                 return Err(fault(node, "NODE_DEPTH", format!("the tree has more than {MAX_DEPTH} levels")));
             }
             reached[node] = true;
-            world[node] = parent * local_transform(&document.nodes[node], node)?;
-            if !world[node].is_finite() {
-                return Err(fault(node, "VALUE_NOT_IN_RANGE", "its world transform is not finite"));
+            let mut transform = None;
+            if let Some(parent) = parent {
+                let product = parent * local_transform(&document.nodes[node], node, faults)?;
+                if product.is_finite() {
+                    (world[node], placed[node]) = (product, true);
+                    transform = Some(product);
+                } else {
+                    let error = fault(node, "VALUE_NOT_IN_RANGE", "its world transform is not finite");
+                    faults.tolerate(&place(node), error, LEFT_OUT)?;
+                }
             }
-            for &child in &document.nodes[node].children {
-                stack.push((child as usize, world[node], depth + 1));
-            }
+            stack.extend(family.children[node].iter().map(|&child| (child, transform, depth + 1)));
         }
-        // With at most one parent each, a node that no root reaches is part of a loop.
-        if let Some(node) = reached.iter().position(|reached| !reached) {
-            return Err(fault(node, "NODE_LOOP", "it is its own ancestor"));
-        }
-        Ok(Self { world, shown: shown(document, &parents)? })
+        family.find_loops(reached, faults)?;
+        Ok(Self { world, shown: shown(document, &family, &placed, faults)? })
     }
 }
 
-/// The one parent of each node.
-fn parents(document: &Document) -> Result<Vec<Option<usize>>, SceneError> {
-    let mut parents = vec![None; document.nodes.len()];
-    for (node, source) in document.nodes.iter().enumerate() {
-        for &child in &source.children {
-            at(&document.nodes, child, "nodes", &format!("nodes[{node}].children"))?;
-            if let Some(other) = parents[child as usize].replace(node) {
-                return Err(fault(
-                    child as usize,
-                    "NODE_PARENT_OVERRIDE",
-                    format!("nodes {other} and {node} both have it as a child"),
-                ));
-            }
-        }
-    }
-    Ok(parents)
+const LEFT_OUT: &str = "it is left out with all below it";
+
+/// Which node hangs from which. No node has two parents.
+struct Family {
+    parents: Vec<Option<usize>>,
+    children: Vec<Vec<usize>>,
 }
 
-fn shown(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>, SceneError> {
+impl Family {
+    fn new(document: &Document, faults: &mut Faults) -> Result<Self, SceneError> {
+        let count = document.nodes.len();
+        let mut family = Self { parents: vec![None; count], children: vec![Vec::new(); count] };
+        for (node, source) in document.nodes.iter().enumerate() {
+            for &child in &source.children {
+                let found = at(&document.nodes, child, "nodes", &format!("nodes[{node}].children"));
+                if faults.or_without(&place(node), found, "that child is left out")?.is_none() {
+                    continue;
+                }
+                let child = child as usize;
+                if let Some(other) = family.parents[child] {
+                    let detail = format!("nodes {other} and {node} both have it as a child");
+                    let error = fault(child, "NODE_PARENT_OVERRIDE", detail);
+                    faults.tolerate(&place(child), error, "it stays with the first")?;
+                    continue;
+                }
+                family.parents[child] = Some(node);
+                family.children[node].push(child);
+            }
+        }
+        Ok(family)
+    }
+
+    /// With at most one parent each, a node that no root reaches is part of a loop, or hangs from one.
+    fn find_loops(&self, mut reached: Vec<bool>, faults: &mut Faults) -> Result<(), SceneError> {
+        for node in 0..reached.len() {
+            if reached[node] {
+                continue;
+            }
+            let error = fault(node, "NODE_LOOP", "it is its own ancestor, or below a node that is");
+            faults.tolerate(&place(node), error, "it is left out with all above and below it")?;
+            let mut stack = vec![node];
+            while let Some(node) = stack.pop() {
+                if !std::mem::replace(&mut reached[node], true) {
+                    stack.extend(self.children[node].iter().copied().chain(self.parents[node]));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// True where `accept` holds for a node above `node`; those of a loop must not be asked for.
+    fn any_above(&self, node: usize, accept: impl Fn(usize) -> bool) -> bool {
+        std::iter::successors(self.parents[node], |&above| self.parents[above]).any(accept)
+    }
+}
+
+/// The nodes that have a place and are below what the scene lists, each once.
+fn shown(
+    document: &Document,
+    family: &Family,
+    placed: &[bool],
+    faults: &mut Faults,
+) -> Result<Vec<usize>, SceneError> {
+    let first = document.scenes.first();
     let scene = match document.scene {
-        Some(index) => Some(at(&document.scenes, index, "scenes", "scene")?),
-        None => document.scenes.first(),
+        Some(index) => {
+            let found = at(&document.scenes, index, "scenes", "scene");
+            faults.or_without("scene", found, "the first scene is shown")?.or(first)
+        }
+        None => first,
     };
     let roots: Vec<usize> = match scene {
-        None => (0..document.nodes.len()).filter(|&node| parents[node].is_none()).collect(),
-        Some(scene) => {
-            let place = format!("scene {:?}", scene.name.as_deref().unwrap_or(""));
-            let mut roots = Vec::new();
-            for &root in &scene.nodes {
-                at(&document.nodes, root, "nodes", &place)?;
-                let root = root as usize;
-                if parents[root].is_some() {
-                    return Err(fault(root, "SCENE_NON_ROOT_NODE", "a scene lists it, but it has a parent"));
-                }
-                if !roots.contains(&root) {
-                    roots.push(root);
-                }
-            }
-            roots
-        }
+        None => (0..document.nodes.len()).filter(|&node| family.parents[node].is_none()).collect(),
+        Some(scene) => listed_roots(document, scene, family, placed, faults)?,
     };
     let mut shown = Vec::new();
     let mut stack: Vec<usize> = roots.into_iter().rev().collect();
     while let Some(node) = stack.pop() {
-        shown.push(node);
-        stack.extend(document.nodes[node].children.iter().rev().map(|&child| child as usize));
+        if placed[node] {
+            shown.push(node);
+            stack.extend(family.children[node].iter().rev());
+        }
     }
     Ok(shown)
 }
 
-fn local_transform(node: &Node, index: usize) -> Result<DAffine3, SceneError> {
+/// The nodes that a scene lists, without those that are shown with another of the list.
+fn listed_roots(
+    document: &Document,
+    scene: &SceneList,
+    family: &Family,
+    placed: &[bool],
+    faults: &mut Faults,
+) -> Result<Vec<usize>, SceneError> {
+    let name = format!("scene {:?}", scene.name.as_deref().unwrap_or(""));
+    let mut listed = vec![false; document.nodes.len()];
+    let mut order = Vec::new();
+    let mut below: Vec<usize> = Vec::new();
+    for &root in &scene.nodes {
+        let found = at(&document.nodes, root, "nodes", &name);
+        if faults.or_without(&name, found, "that node is left out")?.is_none() {
+            continue;
+        }
+        let root = root as usize;
+        if !placed[root] || std::mem::replace(&mut listed[root], true) {
+            continue;
+        }
+        order.push(root);
+        if family.parents[root].is_some() {
+            below.push(root);
+        }
+    }
+    if let Some(&first) = below.first() {
+        let others = match below.len() - 1 {
+            0 => String::new(),
+            others => format!(", and so it is with {others} more"),
+        };
+        let detail = format!("a scene lists it, but it has a parent{others}");
+        let error = fault(first, "SCENE_NON_ROOT_NODE", detail);
+        faults.tolerate(&place(first), error, "it is shown once, where its parent puts it")?;
+        order.retain(|&root| !family.any_above(root, |above| listed[above]));
+    }
+    Ok(order)
+}
+
+fn local_transform(node: &Node, index: usize, faults: &mut Faults) -> Result<DAffine3, SceneError> {
     if let Some(matrix) = node.matrix {
         let matrix = DMat4::from_cols_array(&matrix);
         if matrix.row(3) != glam::DVec4::W {
-            return Err(fault(index, "NODE_MATRIX_NON_TRS", "the last row of its matrix is not 0 0 0 1"));
+            let error = fault(index, "NODE_MATRIX_NON_TRS", "the last row of its matrix is not 0 0 0 1");
+            faults.tolerate(&place(index), error, "that row is left out")?;
         }
-        return Ok(DAffine3::from_mat4(matrix));
+        let [x, y, z, w] = [0, 1, 2, 3].map(|column| matrix.col(column).truncate());
+        return Ok(DAffine3::from_cols(x, y, z, w));
     }
     let rotation = match node.rotation {
         None => DQuat::IDENTITY,
-        Some(rotation) => quaternion(rotation)
-            .ok_or_else(|| fault(index, "ROTATION_NON_UNIT", "its rotation has no length"))?,
+        Some(rotation) => {
+            let rotation = quaternion(rotation)
+                .ok_or_else(|| fault(index, "ROTATION_NON_UNIT", "its rotation has no length"));
+            faults.or_without(&place(index), rotation, "it is not rotated")?.unwrap_or(DQuat::IDENTITY)
+        }
     };
     Ok(DAffine3::from_scale_rotation_translation(
         node.scale.map_or(DVec3::ONE, DVec3::from),
@@ -190,5 +277,9 @@ pub fn instances(node: &Node, index: usize, accessors: &Accessors<'_>) -> Result
 }
 
 fn fault(node: usize, code: &'static str, detail: impl Into<String>) -> SceneError {
-    SceneError::invalid(format!("nodes[{node}]"), code, detail)
+    SceneError::invalid(place(node), code, detail)
+}
+
+fn place(node: usize) -> String {
+    format!("nodes[{node}]")
 }

@@ -5,6 +5,8 @@
 pub struct LoadOptions {
     /// Let URIs lead out of the folder of the file.
     pub allow_outside: bool,
+    /// Refuse a file with any fault, where it would be shown without the part that has it.
+    pub strict: bool,
     pub limits: Limits,
 }
 

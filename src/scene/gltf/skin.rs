@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::document::{Document, at};
+use super::document::{Document, at, part};
 use super::mesh::{Influences, Primitive};
 use super::place::normal_matrix;
 use crate::scene::SceneError;
@@ -23,7 +23,7 @@ pub fn joint_matrices(
     accessors: &Accessors<'_>,
     from: &str,
 ) -> Result<Vec<DAffine3>, SceneError> {
-    let skin = at(&document.skins, index, "skins", from)?;
+    let skin = part(&document.skins, index, "skins", from)?;
     let place = format!("skins[{index}]");
     let mut matrices = Vec::with_capacity(skin.joints.len());
     for &joint in &skin.joints {
