@@ -9,7 +9,7 @@ use crate::subspace::Model;
 use crate::training::Training;
 
 /// What to render.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RenderOptions {
     pub view: View,
     /// Index into the scene's cameras.
@@ -27,21 +27,4 @@ pub struct RenderOptions {
     pub training: Training,
     /// Features to compile for; `None` takes those of the scene (tests force others).
     pub features: Option<SceneFeatures>,
-}
-
-impl Default for RenderOptions {
-    fn default() -> Self {
-        Self {
-            view: View::default(),
-            camera: 0,
-            method: Method::default(),
-            strategy: None,
-            budget: Budget::default(),
-            first_hit_layers: false,
-            timing: false,
-            model: None,
-            training: Training::default(),
-            features: None,
-        }
-    }
 }

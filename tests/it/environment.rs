@@ -381,8 +381,11 @@ fn layers_and_parts_of_an_environment() {
     assert_eq!(red(&folder.path().join("sky.exr#1.exr")).unwrap().0, 7.0);
 }
 
+/// The name of a part, its size, and the channels with the value of all their pixels.
+type ExrPart<'a> = (&'a str, [usize; 2], &'a [(&'a str, f32)]);
+
 /// Parts by name and size, each with layers of one value.
-fn write_exr(path: &Path, parts: &[(&str, [usize; 2], &[(&str, f32)])]) {
+fn write_exr(path: &Path, parts: &[ExrPart]) {
     let parts = parts.iter().map(|(part, [width, height], layers)| {
         let channels = layers.iter().flat_map(|(layer, value)| {
             ["R", "G", "B"].map(|channel| {

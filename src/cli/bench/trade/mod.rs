@@ -115,7 +115,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let page = args.markdown.clone().unwrap_or(args.output.join("trade.md"));
     let picture = page.with_extension("svg");
     for folder in [args.output.as_path(), page.parent().unwrap_or(&args.output)] {
-        std::fs::create_dir_all(folder).map_err(CliError::folder(&folder))?;
+        std::fs::create_dir_all(folder).map_err(CliError::folder(folder))?;
     }
     let file = args.output.join("runs.jsonl");
     let mut records = Records::open(&file)?;

@@ -280,9 +280,11 @@ mod tests {
         let svg = sheet(vec![[1.0, 50.0], [10.0, 5.0]], "a < b & c");
         assert_eq!(svg.matches("MAPE, %").count(), 3);
         assert_eq!(svg.matches(">a &lt; b &amp; c</text>").count(), 2);
-        assert!(["a", "b", "c"].iter().all(
-            |title| svg.contains(&format!("class=\"t\" x=")) && svg.contains(&format!(">{title}</text>"))
-        ));
+        assert!(
+            ["a", "b", "c"]
+                .iter()
+                .all(|title| svg.contains("class=\"t\" x=") && svg.contains(&format!(">{title}</text>")))
+        );
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 
