@@ -42,7 +42,7 @@ fn path_key(path: u32) -> RandomKey {
 #endif
 }
 
-/// Steps of `path_words` for one dimension; 0 where the number is drawn anew for every path.
+/// Steps of `path_words` for one dimension; 0 where the number is drawn for every path by itself.
 fn path_steps(dimension: u32) -> vec4u {
 #if shared_light_paths
     // The light and the point on it, then the direction.

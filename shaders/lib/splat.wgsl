@@ -38,7 +38,7 @@ fn add_splat(pixel: u32, contribution: vec3f) {
     }
 }
 #else
-/// What a pixel has gathered; it starts anew from zero. w: how many contributions were not finite, or too large.
+/// What a pixel has gathered; it starts again from zero. w: how many contributions were not finite, or too large.
 fn take_splat(pixel: u32) -> vec4f {
     let first = pixel * SPLAT_WORDS;
     var sum: vec3f;

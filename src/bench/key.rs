@@ -12,7 +12,7 @@ use super::trade::Plan;
 use crate::render::RenderOptions;
 use crate::training::Training;
 
-/// Of keys. Raise it where a default, or the meaning of a setting, changes: stored renders are then made anew.
+/// Of keys. Raise it where a default, or the meaning of a setting, changes: stored renders are then made again.
 pub const VERSION: u32 = 1;
 
 /// What a render's figures depend on. Settings are as text: numbers need not survive a file to the last digit.

@@ -136,7 +136,7 @@ impl Renderer {
     pub fn step(&mut self, most: u32) -> Result<u32, RenderError> {
         let start = Instant::now();
         let at_once = self.integrator.samples_at_once();
-        // Lessons come between groups.
+        // Models change between groups.
         let unit = if self.learning.is_some() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
         let samples = most.min(unit - self.samples % unit);
         let rest = (self.samples + samples) % at_once;

@@ -14,12 +14,12 @@ use crate::gpu;
 use crate::shots::options;
 use crate::stats::{FAMILY_ALPHA, Moments, welch_p};
 
-const LESSONS: u32 = 3;
+const ROUNDS: u32 = 3;
 
 fn renderer(scene: &Scene, seed: u64) -> Renderer {
     let settings = Settings::default();
     let training =
-        Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_rounds(LESSONS);
+        Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_rounds(ROUNDS);
     let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false });
     let options =
         RenderOptions { view: View { seed, ..options(SIZE, 8).view }, method, training, ..options(SIZE, 8) };
@@ -65,12 +65,12 @@ fn c09_learning_while_rendering_agrees_with_path() {
         let mut renderer = renderer(&scene, seed);
         let report = render(&mut renderer);
         let at = &report.round_samples;
-        assert_eq!(at.len(), LESSONS as usize, "{at:?}");
+        assert_eq!(at.len(), ROUNDS as usize, "{at:?}");
         assert!(at.is_sorted() && at.iter().all(|samples| samples % 8 == 0), "{at:?}");
         // The last is judged as well: what was rendered before it has its weight.
         let losses = &report.round_losses;
         assert!(
-            losses.len() == LESSONS as usize && losses.iter().all(|loss| (0.01..1.3).contains(loss)),
+            losses.len() == ROUNDS as usize && losses.iter().all(|loss| (0.01..1.3).contains(loss)),
             "{losses:?}"
         );
         let picture = renderer.picture().expect("a picture");

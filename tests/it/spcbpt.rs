@@ -193,7 +193,7 @@ fn rounds_end_for_a_reason() {
     let three = Training::default().with_rounds(3);
     let (choice, losses) = rounds(scene, SIZE, three, Some(64));
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
-    // Nobody knows what the last was worth. The others helped.
+    // What the last was worth is not known. The others helped.
     assert_eq!(losses.len(), 2);
     assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
     // Two samples per pixel are not worth more than one round.

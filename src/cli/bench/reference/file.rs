@@ -87,7 +87,7 @@ impl ReferenceFile {
             samples: self.number("spp")? as u64,
             seconds: self.number("seconds")?,
             non_finite: self.number("nonFiniteSamples")? as u64,
-            // Older files call them portions; to make one anew takes up to an hour.
+            // Older files call them portions; to make one again takes up to an hour.
             passes: self
                 .text("passes")
                 .or(self.text("portions"))?

@@ -34,7 +34,7 @@ const METHOD: &str = "\
 For every scene and every seed each integrator, and each value of each sweep, renders for --time, in an order that turns
 from seed to seed. It is stopped, and its clock with it, after 8, 16, 32, ... samples per pixel, after --equal-samples, and
 at the end, to compare the picture with the reference. Time is of rendering and of learning before, which every seed does
-anew; not of loading and compiling. A machine that others share is not always as fast: every other second the same small
+again; not of loading and compiling. A machine that others share is not always as fast: every other second the same small
 work is timed (before and after, while spcbpt learns), and times are scaled by that to the usual speed. A point at 10 s is
 of a render that may go on to --time: asked for 10 s from the start, spcbpt learns less.
 
