@@ -65,6 +65,15 @@ impl SceneFeatures {
         }
     }
 
+    /// With what goes together: the nearest set of features that a scene may have.
+    pub fn consistent(mut self) -> Self {
+        self.transmission |= self.rough_transmission;
+        self.lambert_only &= !self.transmission;
+        self.textures |= self.normal_map | self.uv0 | self.uv1;
+        self.uv0 |= self.textures && !self.uv1;
+        self
+    }
+
     /// Something in the scene can be sampled as a light.
     pub fn lights(&self) -> bool {
         self.area_lights || self.punctual_lights || self.environment

@@ -26,11 +26,7 @@ fn reachable(bits: u32) -> u32 {
     for (i, feature) in Feature::of_scenes().enumerate() {
         *feature.switch(&mut features).expect("a feature of scenes") = bits >> i & 1 == 1;
     }
-    features.transmission |= features.rough_transmission;
-    features.lambert_only &= !features.transmission;
-    features.textures |= features.normal_map | features.uv0 | features.uv1;
-    features.uv0 |= features.textures && !features.uv1;
-    bits_of(features)
+    bits_of(features.consistent())
 }
 
 fn bits_of(mut features: SceneFeatures) -> u32 {
