@@ -4,9 +4,9 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use halfway::math::ggx_albedo::GgxAlbedo;
-use halfway::scene::Material;
+use halfway::scene::{Material, TextureRef};
 
 /// The table both sides read; `c01_albedo_table` judges it.
 pub fn albedo_table() -> &'static GgxAlbedo {
@@ -30,15 +30,21 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// The factors of an untextured material.
-    pub fn of(material: &Material) -> Self {
+    /// The factors of a material where it has that base colour; `slot` looks a texture up, and is 1 where there is none.
+    pub fn at(
+        material: &Material,
+        base_color: DVec3,
+        slot: impl Fn(&Option<TextureRef>, bool) -> DVec4,
+    ) -> Self {
+        let metallic_roughness = slot(&material.metallic_roughness_texture, false);
+        let specular_color = slot(&material.specular_color_texture, true).truncate();
         Self {
-            base_color: material.base_color.as_dvec3(),
-            metallic: material.metallic.into(),
-            specular_color: material.specular_color.as_dvec3(),
-            specular: material.specular.into(),
-            roughness: material.roughness.into(),
-            transmission: material.transmission.into(),
+            base_color,
+            metallic: f64::from(material.metallic) * metallic_roughness.z,
+            specular_color: material.specular_color.as_dvec3() * specular_color,
+            specular: f64::from(material.specular) * slot(&material.specular_texture, false).w,
+            roughness: f64::from(material.roughness) * metallic_roughness.y,
+            transmission: f64::from(material.transmission) * slot(&material.transmission_texture, false).x,
             ior: material.ior.into(),
             volume: material.volume,
             delta: material.is_delta(),

@@ -11,7 +11,8 @@ use serde::Deserialize;
 use super::buffers::Buffers;
 use super::document::{Document, at, extension, part};
 use super::faults::Faults;
-use super::{LoadOptions, extensions, uri};
+use super::unsupported::unsupported;
+use super::{LoadOptions, uri};
 use crate::scene::SceneError;
 use crate::scene::texture::{Filter, Image, Texture, Wrap};
 
@@ -52,7 +53,7 @@ impl<'a> TextureTable<'a> {
             return Err(if names.is_empty() {
                 SceneError::invalid(place, "UNDEFINED_PROPERTY", "the texture has no source")
             } else {
-                extensions::unsupported(&names)
+                unsupported(&names)
             });
         };
         at(&self.document.images, source, "images", &place)?;

@@ -5,13 +5,24 @@ use std::path::Path;
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use serde::Deserialize;
 
+use super::LoadOptions;
 use super::buffers::Buffers;
 use super::document::{self, Document, TextureInfo, extension, part};
 use super::faults::Faults;
 use super::image::{TextureTable, magenta};
-use super::{LoadOptions, extensions};
+use super::unsupported::unsupported;
 use crate::scene::material::{AlphaMode, Material, TextureRef};
 use crate::scene::{Scene, SceneError};
+
+/// Extensions of materials that are read here.
+pub(super) const EXTENSIONS: &[&str] = &[
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+];
 
 /// `KHR_materials_ior` writes 0 for an infinite index (a dielectric that reflects everything); this stands for it,
 /// with a reflectance of 0.996 at normal incidence.
@@ -171,7 +182,7 @@ impl Converter<'_, '_> {
     fn convert(mut self, index: u64) -> Result<Material, SceneError> {
         let source = self.source;
         if source.extensions.contains_key(SPECULAR_GLOSSINESS) && source.pbr_metallic_roughness.is_none() {
-            return Err(extensions::unsupported(&[SPECULAR_GLOSSINESS]));
+            return Err(unsupported(&[SPECULAR_GLOSSINESS]));
         }
         let pbr = source.pbr_metallic_roughness.clone().unwrap_or_default();
         let [red, green, blue, alpha] = pbr.base_color_factor.unwrap_or([1.0; 4]);

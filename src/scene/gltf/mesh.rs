@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3, DVec4};
 use serde_json::{Map, Value};
 
 use super::document::{self, Document};
-use super::extensions;
 use super::faults::Faults;
+use super::unsupported::unsupported;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format, Values};
 
@@ -224,7 +224,7 @@ impl PrimitiveReader<'_> {
             accessor.is_none_or(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
         };
         if self.source.extensions.contains_key(DRACO) && !self.source.attributes.values().all(plain) {
-            return Err(extensions::unsupported(&[DRACO]));
+            return Err(unsupported(&[DRACO]));
         }
         Ok(())
     }

@@ -25,6 +25,7 @@ mod options;
 mod place;
 mod skin;
 mod tangents;
+mod unsupported;
 mod uri;
 
 use std::path::Path;

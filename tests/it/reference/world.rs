@@ -173,24 +173,10 @@ impl<'a> World<'a> {
             world_ng,
             frame: frame_about(normal),
             material,
-            bsdf: Bsdf::new(&self.factors(hit, base_color)),
+            bsdf: Bsdf::new(&Factors::at(material, base_color, |texture, srgb| {
+                self.slot(hit, texture, srgb)
+            })),
             emission,
-        }
-    }
-
-    fn factors(&self, hit: &Hit, base_color: DVec3) -> Factors {
-        let material = self.mesh_of(hit.triangle).2;
-        let plain = Factors::of(material);
-        let metallic_roughness = self.slot(hit, &material.metallic_roughness_texture, false);
-        let specular_color = self.slot(hit, &material.specular_color_texture, true).truncate();
-        Factors {
-            base_color,
-            metallic: plain.metallic * metallic_roughness.z,
-            roughness: plain.roughness * metallic_roughness.y,
-            specular: plain.specular * self.slot(hit, &material.specular_texture, false).w,
-            specular_color: plain.specular_color * specular_color,
-            transmission: plain.transmission * self.slot(hit, &material.transmission_texture, false).x,
-            ..plain
         }
     }
 }
