@@ -112,7 +112,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
 
     progress::install_interrupt();
     let context = args.picture.device.open(quiet)?;
-    let (mut renderer, learning) = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
+    let mut renderer = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
     let origin = Origin {
         method: options.method,
         seed: options.view.seed,
@@ -134,12 +134,13 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         unsaved: false,
         saves: Saves::default(),
     };
-    let stop = render(&mut renderer, &mut output, meter(quiet, &options.budget, learning), &options.budget)?;
+    let meter = meter(quiet, &options.budget, renderer.learning_time().total);
+    let stop = render(&mut renderer, &mut output, meter, &options.budget)?;
     let report = renderer.report()?;
     let picture = renderer.picture()?;
     let stops = output.exposure.stops(&picture);
     let lost = Lost::judge(&picture, output.view, stops);
-    let exposure = output.exposure;
+    output.exposure = Exposure::Stops(stops);
     let judged = output.finish(picture, &report);
     let Output { files, mut saves, .. } = output;
 
@@ -151,7 +152,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     if !quiet {
         summary::rendered(&report, load_seconds, &options);
         judged.iter().for_each(summary::judged);
-        if exposure == Exposure::Auto {
+        if args.view.exposure == Exposure::Auto {
             eprintln!("--exposure auto is {stops} stops");
         }
     }
@@ -244,13 +245,11 @@ fn check_file(file: &Path) -> Result<(), InputError> {
 }
 
 /// Learns, where that is done first, and compiles. Returns the time of learning, too.
-fn prepare(mut prepared: Prepared, quiet: bool) -> Result<(Renderer, Duration), RenderError> {
-    let mut learning = Duration::ZERO;
+fn prepare(mut prepared: Prepared, quiet: bool) -> Result<Renderer, RenderError> {
     if prepared.learns() == Some(When::First) {
-        let trained = progress::learn(&mut prepared, quiet)?;
-        learning = trained.tracing + trained.learning;
+        progress::learn(&mut prepared, quiet)?;
     }
-    Ok((prepared.renderer()?, learning))
+    prepared.renderer()
 }
 
 /// Renders until the budget is spent or Ctrl-C, and does on the way what is due with the picture.

@@ -166,11 +166,6 @@ impl Prepared {
         }
     }
 
-    /// Time of learning so far.
-    pub fn learning_time(&self) -> LearningTime {
-        self.learning_time
-    }
-
     /// What was done so far.
     pub fn report(&self) -> &Report {
         &self.report
@@ -201,12 +196,12 @@ impl Prepared {
 
     /// Makes ready to learn while rendering; until there are rounds, connections choose by power.
     fn begin_to_learn(&mut self) -> Result<PreparedTrainer, RenderError> {
-        let beginning = PreparedTrainer::new(self.task())?;
-        let elapsed = beginning.elapsed();
+        let trainer = PreparedTrainer::new(self.task())?;
+        let elapsed = trainer.elapsed();
         self.learning_time = LearningTime { tracing: elapsed, total: elapsed };
         self.say_when(When::Meanwhile);
-        self.options.model = Some(beginning.model().clone());
-        Ok(beginning)
+        self.options.model = Some(trainer.model().clone());
+        Ok(trainer)
     }
 
     fn say_when(&mut self, when: When) {
@@ -240,12 +235,12 @@ impl Prepared {
     /// # Errors
     /// As [`learn`](Self::learn), and a kernel that does not compile, a buffer that does not fit.
     pub fn renderer(mut self) -> Result<Renderer, RenderError> {
-        let mut course = None;
+        let mut trainer = None;
         match self.learns() {
             Some(When::First) => {
                 self.learn(|_| false)?;
             }
-            Some(When::Meanwhile) => course = Some(self.begin_to_learn()?),
+            Some(When::Meanwhile) => trainer = Some(self.begin_to_learn()?),
             None => {}
         }
         let Self { context, scene_hash, options, scene, camera, settings, learning_time, mut report, .. } =
@@ -267,7 +262,7 @@ impl Prepared {
             model,
             integrator,
             sums: FilmSums::new(settings.view.region().width, settings.view.region().height),
-            learning: course.map(PreparedTrainer::start).transpose()?,
+            learning: trainer.map(PreparedTrainer::start).transpose()?,
             next_round: SAMPLES_PER_ROUND,
             first_hits: None,
             samples: 0,

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::math::fnv::Fnv;
 
-/// To be raised by whoever renames a field, changes a default or what a field means: all hashes change then.
+/// Raise it with a field's name, default or meaning: all hashes change then.
 const HASH_VERSION: u64 = 1;
 
 impl Scene {

@@ -190,7 +190,7 @@ pub fn measure(
     clock: &mut NormalisedClock,
     mut interrupted: impl FnMut(&Progress) -> bool,
 ) -> Result<Option<Vec<Checkpoint>>, RenderError> {
-    let before = renderer.report()?.preprocessing_seconds;
+    let before = renderer.learning_time().total.as_secs_f64();
     let preprocessing_work = clock.work(before)?;
     let mut points: Vec<Checkpoint> = Vec::new();
     let mut samples_ahead = plan.checkpoints();
