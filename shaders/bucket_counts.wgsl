@@ -19,7 +19,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var i = range.x; i < range.y; i++) {
         let vertex = light_vertices[light_order[i]];
         if is_drawable(arriving(vertex)) {
-            bucket_ends[(vertex.number_label >> 16u) * RUNS + run]++;
+            bucket_ends[label_of(vertex) * RUNS + run]++;
         } else if !is_finite3(vec3f(arriving(vertex))) {
             atomicAdd(&counts.non_finite_vertices, 1u);
         }

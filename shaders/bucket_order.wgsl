@@ -16,7 +16,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let index = light_order[i];
         let vertex = light_vertices[index];
         if is_drawable(arriving(vertex)) {
-            let cell = (vertex.number_label >> 16u) * RUNS + run;
+            let cell = label_of(vertex) * RUNS + run;
             bucket_items[bucket_ends[cell]] = vec2u(index, bitcast<u32>(arriving(vertex)));
             bucket_ends[cell]++;
         }

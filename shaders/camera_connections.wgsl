@@ -24,8 +24,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if view.pixel == NO_PIXEL || (materials[point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    var vertex = path_vertex(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
-    vertex.edge = edge_towards(point, vertex, load_light_mis(index), view.direction);
+    var vertex = light_path_vertex(point, ray, sub_paths_in[index]);
+    vertex.edge = edge_towards(point, vertex, load_light_mis(index), view.direction) * scale_from_deep(0u);
     let connection = connect_camera(point, vertex, view);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);

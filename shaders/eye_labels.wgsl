@@ -15,7 +15,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let ray = paths_in[index];
     let hit = hits[index];
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
-    let world_from = path_vertex(point, ray.direction, ray.pdf_solid, sub_paths_in[index]).world_from;
+    let world_from = eye_path_vertex(point, ray, sub_paths_in[index]).world_from;
     eye_labels[index].x = vertex_label(TREE_EYE, point, world_from);
 #if !subspace_directions
     eye_labels[index].y = vertex_label(TREE_LIGHT, point, world_from);

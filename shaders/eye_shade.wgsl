@@ -21,7 +21,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let hit = hits[index];
     let previous = sub_paths_in[index];
     let depth = ray.depth_medium & 0xffffu;
-    var partials = load_eye_partials(index);
+    var partials = load_eye_partials(index, depth);
     if hit.triangle == NO_TRIANGLE {
 #if environment
         let weight = environment_weight(previous, partials, ray.direction, ray.pdf_solid);
@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
-    let vertex = path_vertex(point, ray.direction, ray.pdf_solid, previous);
+    let vertex = eye_path_vertex(point, ray, previous);
     let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let through = transmittance(medium, hit.t);
     ray.throughput *= through;

@@ -35,10 +35,14 @@ fn shadow_ray(point: SurfacePoint, link: Link, kind: u32) -> ShadowRay {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let task = invocation(id);
-    let index = task / CONNECTIONS_IN_FLIGHT;
-    let slot = task % CONNECTIONS_IN_FLIGHT;
-    if index >= counts.paths_in {
+    // All paths' first connections, then all their second: neighbours do alike.
+    var index = invocation(id);
+    var slot = 0u;
+    while index >= counts.paths_in && slot < CONNECTIONS_IN_FLIGHT {
+        index -= counts.paths_in;
+        slot++;
+    }
+    if slot == CONNECTIONS_IN_FLIGHT {
         return;
     }
     let ray = paths_in[index];
@@ -56,17 +60,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let light_vertex = light_vertices[selection.vertex];
-    let light_depth = light_vertex.depth_kind & 0xffffu;
+    let light_depth = depth_of(light_vertex);
     let kind = kind_of(light_vertex);
     let wanted = batch.only_s == EVERY_STRATEGY
         || (batch.only_s == light_depth + 1u && batch.only_t == depth + 2u);
     if depth + light_depth + 2u > batch.max_depth || !wanted || !any(light_vertex.weight != vec3f(0.0)) {
         return;
     }
-    let eye_vertex = path_vertex(eye_point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    let eye_vertex = eye_path_vertex(eye_point, ray, sub_paths_in[index]);
     let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye_vertex.world_from);
     let through = transmittance(medium, hit.t);
-    let partials = absorb(load_eye_partials(index), through);
+    let partials = absorb(load_eye_partials(index, depth), through);
     let connection = connect(eye_point, eye_vertex, partials, light_vertex);
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let contribution = ray.throughput * through * connection.light * (weight * selection.inv_density);

@@ -9,5 +9,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if slot >= min(atomicLoad(&counts.light_vertices), arrayLength(&light_vertices)) {
         return;
     }
-    light_order[light_path_offsets[light_vertices[slot].path] + (light_vertices[slot].number_label & 0xffffu)] = slot;
+    light_order[light_path_offsets[light_vertices[slot].path] + number_of(light_vertices[slot])] = slot;
 }

@@ -73,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let ratio = 0.0;
 #else
     let can_be_hit = emission.kind == LIGHT_TRIANGLE || emission.kind == LIGHT_ENVIRONMENT;
-    let ratio = select(0.0, 1.0, can_be_hit);
+    let ratio = select(0.0, batch.hit_scale, can_be_hit);
 #endif
     paths_in[path] =
         PathRay(emission.origin, path, emission.direction, emission.pdf_solid, emission.throughput, 1u);

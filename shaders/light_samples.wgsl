@@ -37,7 +37,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var feature: LightFeature;
     feature.weight = magnitude(vertex.weight);
     feature.direction = vertex.world_from;
-    feature.depth = vertex.depth_kind & 0xffffu;
+    feature.depth = depth_of(vertex);
     feature.pdf_area = vertex.pdf_area;
 #if learns
     if feature.depth > 1u {
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
 #endif
     if kind <= LIGHT_TRIANGLE + 1u {
-        let point = surface_point(vertex.index, vertex.b1, vertex.b2);
+        let point = surface_point(index_of(vertex), vertex.b1, vertex.b2);
         feature.position = point.position;
         feature.normal = label_normal(point, vertex.world_from);
     }
@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     switch kind {
         case 0u: {}
         case LIGHT_TRIANGLE + 1u: {
-            feature.light = triangles[vertex.index].light;
+            feature.light = triangles[index_of(vertex)].light;
             feature.direction = vec3f(vertex.b1, vertex.b2, 0.0);
         }
 #if environment
@@ -69,7 +69,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if environment
             after += 1u;
 #endif
-            feature.light = arrayLength(&lights) - after + vertex.index + 1u;
+            feature.light = arrayLength(&lights) - after + index_of(vertex) + 1u;
 #endif
             feature.direction = vec3f(0.0);
         }

@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
 #endif
-    var vertex = path_vertex(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
+    var vertex = light_path_vertex(point, ray, sub_paths_in[index]);
     let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let throughput = ray.throughput * transmittance(medium, hit.t);
     let surface = point_surface(point);

@@ -10,5 +10,7 @@ fn main() {
     counts.connection_round = 0u;
     counts.closest_total = add(counts.closest_total, paths);
     arguments[ARGUMENTS_PATHS] = workgroups(paths);
-    arguments[ARGUMENTS_CONNECTIONS] = workgroups(paths * CONNECTIONS_IN_FLIGHT);
+    for (var slot = 0u; slot < CONNECTIONS_IN_FLIGHT; slot++) {
+        arguments[ARGUMENTS_CONNECTIONS + slot] = workgroups(paths * (slot + 1u));
+    }
 }

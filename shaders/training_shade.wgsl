@@ -31,7 +31,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let weight = 1.0 / (1.0 + sampled / ray.pdf_solid);
             let cosine = abs(dot(ray.direction, previous.normal));
             write_hit(
-                ray, environment_radiance(ray.direction), vec3f(1.0), weight, ray.pdf_solid, cosine,
+                ray, environment_radiance(ray.direction), vec3f(1.0), weight, 1.0, ray.pdf_solid, cosine,
                 ENVIRONMENT_LIGHT, sphere_to_square(ray.direction),
             );
         }
@@ -39,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let point = surface_point(hit.triangle, hit.b1, hit.b2);
-    let vertex = path_vertex(point, ray.direction, ray.pdf_solid, previous);
+    let vertex = eye_path_vertex(point, ray, previous);
     let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let through = transmittance(medium, hit.t);
     ray.throughput *= through;
@@ -50,7 +50,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let sampled = select(0.0, lights[light_index - 1u].pdf_select / point.area, can_sample);
         let emission = point_emission(point, vertex.world_from);
         let weight = 1.0 / (1.0 + sampled / vertex.pdf_area);
-        write_hit(ray, emission, through, weight, vertex.pdf_area, geometry, light_index - 1u, point.b.yz);
+        write_hit(ray, emission, through, weight, 1.0, vertex.pdf_area, geometry, light_index - 1u, point.b.yz);
     }
 #endif
     if depth + 1u >= batch.max_depth {
@@ -98,6 +98,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 end.vertex = NO_LIGHT_VERTEX;
                 end.contribution = contribution;
                 end.p0 = 1.0 - weight;
+                end.share = 1.0;
                 end.geometry = cosine * to_light;
                 end.light = sample.light;
                 end.at = sample.at;

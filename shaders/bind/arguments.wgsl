@@ -2,8 +2,9 @@
 
 // Sizes of dispatches that the device decides.
 
-/// Workgroup counts of kernels with one invocation per path, per connection in the queue, per connection slot.
-@group(2) @binding(0) var<storage, read_write> arguments: array<vec4u, 3>;
+/// Workgroup counts of kernels with one invocation per path, per connection in the queue, and per connection where each
+/// path has one, two, up to CONNECTIONS_IN_FLIGHT of them.
+@group(2) @binding(0) var<storage, read_write> arguments: array<vec4u, 6>;
 
 const ARGUMENTS_PATHS: u32 = 0u;
 const ARGUMENTS_SHADOW: u32 = 1u;

@@ -1,6 +1,12 @@
 // Which samples of which pixels a batch holds, and the camera they look through.
 
 struct Batch {
+    /// Connections of an eye vertex, by its depth: 0, 1, 2 and beyond.
+    connections: vec3u,
+    /// In weights, the density of light that is hit is times this, and those of connections, by the depth of their eye
+    /// vertex, are times these: lib/mis.
+    hit_scale: f32,
+    density_scales: vec3f,
     /// The whole picture, in pixels.
     width: u32,
     height: u32,
@@ -24,8 +30,6 @@ struct Batch {
     light_seed: u32,
     first_light_path: u32,
     light_path_count: u32,
-    /// Expected connections of an eye vertex to a given light vertex: lib/mis.
-    connection_density: f32,
     /// Light paths that connect to the camera; 0 where none does.
     camera_paths: f32,
     /// Of all strategies, only the one with so many light and eye vertices; EVERY_STRATEGY for all.

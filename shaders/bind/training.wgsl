@@ -32,7 +32,7 @@ struct TrainingEnd {
     f_light: vec3f,
     /// Place of y in the cache's order; NO_LIGHT_VERTEX for a point on a light that is not in it.
     vertex: u32,
-    /// |f| / p of the path. (Connected ends have to see each other as well: its slot of `radiance` says so.)
+    /// What it counts in the picture: |f| / p times its share. (Connected ends have to see each other as well: its slot of `radiance` says so.)
     contribution: f32,
     /// PE(n) / p; of a vertex of the cache the host works it out.
     p0: f32,
@@ -46,7 +46,8 @@ struct TrainingEnd {
     pdf_back: f32,
     /// From x_{n-1} to the light's end.
     direction: vec3f,
-    pad: u32,
+    /// Of the way that found the path: lib/connections.
+    share: f32,
 }
 
 const NO_LIGHT_VERTEX: u32 = 0xffffffffu;

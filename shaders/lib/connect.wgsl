@@ -69,7 +69,7 @@ fn connect(
             f_light = value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
             connection.pdf_back = value.pdf_back_solid * survives * light_vertex.to_previous;
-            let edge = cached_edge(light_vertex, point, world_to);
+            let edge = cached_edge(light_vertex, point, world_to) * scale_from_deep(eye_depth(partials) + 1u);
             light_step = mis_step(light_vertex.ratio, connection.pdf_back, edge, light_vertex.pdf_area);
         }
     }

@@ -28,7 +28,7 @@ fn leaving(light_vertex: LightVertex, kind: u32, point: SurfacePoint, direction:
         return emitted(light_vertex, kind, point, direction);
     }
     let cos_to = cosines(point, point_normal(point), direction);
-    let lit_side = (cos_to.geometric > 0.0) == ((light_vertex.depth_kind & LIT_FROM_FRONT) != 0u);
+    let lit_side = (cos_to.geometric > 0.0) == is_lit_from_front(light_vertex);
     return select(vec2f(0.0), vec2f(1.0, light_vertex.pdf_scale * abs(cos_to.shading)), is_open(cos_to) && lit_side);
 }
 
@@ -56,9 +56,11 @@ fn connect(
     let pdf_eye = leaves.y * link.to_eye;
     let arriving_light = light_vertex.weight * (leaves.x * abs(cos_to.geometric) * link.to_light);
     connection.light = arriving_light * f;
+    let light_step =
+        light_vertex.step + light_vertex.edge_step * (scale_from_deep(eye_depth(partials) + 1u) - 1.0);
     connection.weight = weigh_connection(
         eye_point, eye_vertex, partials, light_vertex, link.direction, f, arriving_light,
-        eye_step, pdf_eye, light_vertex.step, pdf_light,
+        eye_step, pdf_eye, light_step, pdf_light,
     ).weight;
     return connection;
 }

@@ -2,6 +2,7 @@
 #import bind/lights
 #import bind/queue
 #import lib/color
+#import lib/connections
 #import lib/strategies
 #import lib/training
 
@@ -13,7 +14,7 @@ fn deliver_sky(ray: PathRay, previous: SubPath, depth: u32, sky: vec3f, weight: 
     if depth > 0u {
         let cosine = abs(dot(ray.direction, previous.normal));
         let at = sphere_to_square(ray.direction);
-        write_hit(ray, sky, vec3f(1.0), weight, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT, at);
+        write_hit(ray, sky, vec3f(1.0), weight, batch.hit_scale, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT, at);
     }
 }
 #endif
@@ -27,7 +28,9 @@ fn deliver_emitter(
 ) {
     if depth > 0u {
         let geometry = abs(dot(vertex.world_from, point.world_ng)) * vertex.to_previous;
-        write_hit(ray, emission, through, weight, vertex.pdf_area, geometry, light, point.b.yz);
+        write_hit(
+            ray, emission, through, weight, batch.hit_scale, vertex.pdf_area, geometry, light, point.b.yz,
+        );
     }
 }
 #endif
@@ -51,8 +54,10 @@ fn deliver_connection(
     end.f = connection.f_eye * through;
     end.depth_sampled = shadow.depth | (1u << 16u);
     end.f_light = connection.f_light;
-    end.vertex = light_path_offsets[light_vertex.path] + (light_vertex.number_label & 0xffffu);
-    end.contribution = magnitude(ray.throughput * through * connection.light) / connection.density;
+    end.vertex = light_path_offsets[light_vertex.path] + number_of(light_vertex);
+    end.share = share_at(shadow.depth);
+    end.contribution =
+        magnitude(ray.throughput * through * connection.light) * (end.share / connection.density);
     end.geometry = connection.geometry;
     end.pdf_light = connection.pdf_light;
     end.pdf_back = connection.pdf_back;

@@ -3,13 +3,15 @@
 //
 // A path x_0 (camera) .. x_n (light) is made by the strategy of t eye vertices with density P_t:
 //
-//   t = n + 1   pE(1) .. pE(n)                                     the eye path hits the light
+//   t = n + 1   H pE(1) .. pE(n)                                   the eye path hits the light
 //   2 <= t <= n pE(1) .. pE(t-1)  c(x_{t-1}, x_t)  pL(t) .. pL(n)  a connection
 //   t = 1       M pL(1) .. pL(n)                                   the light path connects to the camera
 //
 // pE(i), pL(i): density per area of sampling x_i from the eye's or the light's side, roulette included. c: expected
 // connections of one eye vertex to one given light vertex (1 for plain bidirectional path tracing; N / L for N uniform
-// picks from a cache of L vertices a path, Davidovic et al. 2014). M: light paths of an iteration; pE(1) is per pixel.
+// picks from a cache of L vertices a path, Davidovic et al. 2014), times a share that depends on t alone (lib/connections).
+// H: the share of light that is hit. Shares are free: how far weights trust a strategy beside how often it is used. M:
+// light paths of an iteration; pE(1) is per pixel.
 //
 // Beside a vertex v_k, k = 0 at the end of its sub-path, goes the ratio
 //
@@ -38,8 +40,10 @@ struct ConnectionWeight {
     density: f32,
 }
 
-/// Weight of an eye path that ends on a light: `pdf_light` and `pdf_eye`: densities of the last vertex from both
-/// sides; `pdf_previous`: density of the last but one, as emission samples it; `edge`: c of connecting the two.
-fn hit_weight(edge: f32, ratio: f32, pdf_previous: f32, pdf_light: f32, pdf_eye: f32) -> f32 {
-    return 1.0 / (1.0 + (edge + ratio * pdf_previous) * (pdf_light / pdf_eye));
+/// Weight of an eye path that ends on a light: `scale`: H; `pdf_light` and `pdf_eye`: densities of the last vertex from
+/// both sides; `pdf_previous`: density of the last but one, as emission samples it; `edge`: c of connecting the two.
+fn hit_weight(
+    scale: f32, edge: f32, ratio: f32, pdf_previous: f32, pdf_light: f32, pdf_eye: f32,
+) -> f32 {
+    return scale / (scale + (edge + ratio * pdf_previous) * (pdf_light / pdf_eye));
 }

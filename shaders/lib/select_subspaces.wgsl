@@ -4,6 +4,7 @@
 #import bind/subspace_mis
 #import bind/subspaces
 #import lib/alias
+#import lib/connections
 #import lib/path_key
 #import lib/selection
 
@@ -11,6 +12,9 @@
 
 /// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
 fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+    if number >= connections_at(depth) {
+        return Selection(NO_VERTEX, 0.0);
+    }
     let eye_label = eye_labels[index].x;
     let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
     let mixed = pcg4d(vec4u(words.xyz, number));
@@ -25,7 +29,7 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
     let n = range.y - range.x;
     let item = bucket_items[draw_from_bucket(range, mixed.zw)];
     let table_units = n << slot_bits(n);
-    let expected = f32(batch.light_path_count) * f32(CONNECTIONS_IN_FLIGHT)
+    let expected = f32(batch.light_path_count) * f32(connections_at(depth))
         * gamma_pdf[eye_label * batch.subspaces + light_label];
     return Selection(item.x, f32(table_units) / f32(item.y) / expected);
 }

@@ -2,6 +2,7 @@
 #import bind/light_cache
 #import bind/queue
 #import lib/alias
+#import lib/connections
 #import lib/path_key
 #import lib/selection
 
@@ -9,9 +10,12 @@
 
 /// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
 fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+    if number >= connections_at(depth) {
+        return Selection(NO_VERTEX, 0.0);
+    }
     let vertices = light_path_offsets[batch.light_path_count];
     let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
     let draw = alias_draw(pcg4d(vec4u(words.xyz, number)).xy, vertices);
-    let inv_density = f32(vertices) / (f32(batch.light_path_count) * f32(CONNECTIONS_IN_FLIGHT));
+    let inv_density = f32(vertices) / (f32(batch.light_path_count) * f32(connections_at(depth)));
     return Selection(light_order[draw.slot], inv_density);
 }

@@ -42,7 +42,7 @@ fn emitted(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f
 #endif
 #if punctual_lights
         case LIGHT_POINT + 1u, LIGHT_SPOT + 1u: {
-            let light = punctual_lights[vertex.index];
+            let light = punctual_lights[index_of(vertex)];
             let is_spot = kind == LIGHT_SPOT + 1u;
             let falloff = emission_falloff(light, direction, is_spot);
             return vec2f(falloff, uniform_cone_pdf_solid(emission_cone(light, is_spot)));
@@ -63,7 +63,7 @@ fn direction_to_light(vertex: LightVertex, kind: u32) -> vec3f {
     }
 #endif
 #if punctual_lights
-    return -punctual_lights[vertex.index].direction;
+    return -punctual_lights[index_of(vertex)].direction;
 #else
     return vec3f(0.0);
 #endif
@@ -85,12 +85,12 @@ fn link_to(point: SurfacePoint, vertex: LightVertex, kind: u32) -> Link {
     var is_surface = true;
 #if punctual_lights
     if kind > LIGHT_TRIANGLE + 1u {
-        position = punctual_lights[vertex.index].position;
+        position = punctual_lights[index_of(vertex)].position;
         is_surface = false;
     }
 #endif
     if is_surface {
-        link.light_point = surface_point(vertex.index, vertex.b1, vertex.b2);
+        link.light_point = surface_point(index_of(vertex), vertex.b1, vertex.b2);
         position = link.light_point.position;
     }
     let span = position - point.position;

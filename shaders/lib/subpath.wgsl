@@ -1,6 +1,7 @@
 #import bind/batch
 #import bind/queue
 #import bind/subpath
+#import lib/connections
 #import lib/hit
 #import lib/mis
 #import lib/roulette
@@ -24,11 +25,15 @@ struct PathVertex {
     flags: u32,
 }
 
-/// The vertex that a ray has just reached, which came from `previous` with `direction` and `pdf_solid`.
-fn path_vertex(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> PathVertex {
+/// The vertex that a ray has just reached, which came from `previous` with `direction` and `pdf_solid`. `scale`: of the
+/// density of connecting the two.
+fn path_vertex(
+    point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath, scale: f32,
+) -> PathVertex {
+    let edge = edge_density(previous.flags, scale);
     if (previous.flags & SUBPATH_INFINITE) != 0u {
         let pdf_area = pdf_solid * abs(dot(direction, point.world_ng));
-        return PathVertex(-direction, pdf_area, 1.0, previous.ratio, edge_density(previous.flags), previous.flags);
+        return PathVertex(-direction, pdf_area, 1.0, previous.ratio, edge, previous.flags);
     }
     let span = previous.position - point.position;
     let inv_distance_sq = 1.0 / dot(span, span);
@@ -40,18 +45,33 @@ fn path_vertex(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: 
         pdf_solid * abs(dot(world_from, point.world_ng)) * inv_distance_sq,
         cos_previous * inv_distance_sq,
         previous.ratio,
-        edge_density(previous.flags),
+        edge,
         previous.flags,
     );
 }
 
+/// The same of an eye path's ray: connections to this vertex come from the one before it.
+fn eye_path_vertex(point: SurfacePoint, ray: PathRay, previous: SubPath) -> PathVertex {
+    let depth = ray.depth_medium & 0xffffu;
+    return path_vertex(point, ray.direction, ray.pdf_solid, previous, density_scale(depth - 1u));
+}
+
+/// The same of a light path's ray.
+fn light_path_vertex(point: SurfacePoint, ray: PathRay, previous: SubPath) -> PathVertex {
+    return path_vertex(point, ray.direction, ray.pdf_solid, previous, density_scale(DEEP));
+}
+
 /// c of lib/mis between the vertex that `flags` describes and the one after it, if that is no delta vertex. (Of
 /// connections by subspaces lib/weights_subspaces knows more.)
-fn edge_density(flags: u32) -> f32 {
+fn edge_density(flags: u32, scale: f32) -> f32 {
     if (flags & SUBPATH_DELTA) != 0u {
         return 0.0;
     }
-    return select(batch.connection_density, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
+#if subspaces
+    return select(0.0, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
+#else
+    return select(scale, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
+#endif
 }
 
 /// `mis_step` at a vertex for a density towards the vertex before, per solid angle, roulette included.

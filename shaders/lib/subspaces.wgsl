@@ -21,7 +21,7 @@ fn vertex_label(tree: u32, point: SurfacePoint, world_from: vec3f) -> u32 {
     return tree_label(tree, point.position, label_normal(point, world_from), world_from);
 }
 
-/// N Gamma / Q: the density of a connection by subspaces over |w| of its light vertex.
+/// Gamma / Q: the density of a connection by subspaces over |w| of its light vertex and the scale of its eye vertex.
 fn gamma_over_q(eye_label: u32, light_label: u32) -> f32 {
-    return f32(CONNECTIONS_IN_FLIGHT) * gamma_pdf[eye_label * batch.subspaces + light_label] * inv_q[light_label];
+    return gamma_pdf[eye_label * batch.subspaces + light_label] * inv_q[light_label];
 }

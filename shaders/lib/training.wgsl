@@ -16,19 +16,21 @@ fn write_end(end: TrainingEnd) -> u32 {
     return slot;
 }
 
-/// A light that the ray hit. `weight`: density of hitting it over that of all ways to find it. `pdf`: of hitting it, in
-/// the light's measure. `through`: what the ray's way lets pass; `ray.throughput` has it.
+/// A light that the ray hit. `weight`: density of hitting it, `share` times, over that of all ways to find it. `pdf`: of
+/// hitting it, in the light's measure. `through`: what the ray's way lets pass; `ray.throughput` has it.
 fn write_hit(
-    ray: PathRay, emission: vec3f, through: vec3f, weight: f32, pdf: f32, geometry: f32, light: u32, at: vec2f,
+    ray: PathRay, emission: vec3f, through: vec3f, weight: f32, share: f32, pdf: f32, geometry: f32, light: u32,
+    at: vec2f,
 ) {
     var end: TrainingEnd;
-    end.emitted = emission * (weight / pdf);
+    end.emitted = emission * (weight / share / pdf);
     end.path = ray.path;
     end.depth_sampled = (ray.depth_medium & 0xffffu) - 1u;
     end.f_light = through;
     end.vertex = NO_LIGHT_VERTEX;
     end.contribution = magnitude(ray.throughput * emission) * weight;
-    end.p0 = weight;
+    end.p0 = weight / share;
+    end.share = share;
     end.geometry = geometry;
     end.light = light;
     end.at = at;

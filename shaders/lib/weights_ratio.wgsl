@@ -1,6 +1,7 @@
 #import bind/batch
 #import bind/light_cache
 #import bind/subpath
+#import lib/connections
 #import lib/emission
 #import lib/light
 #import lib/mis
@@ -9,13 +10,14 @@
 // Weights where the density of a connection is the same for all pairs of vertices: `SubPath` carries all that is needed,
 // and what lib/weights_subspaces carries beside it is nothing here.
 
-/// Of a ray that leaves an eye vertex, of an eye vertex, of a ray that leaves a light vertex: nothing.
+/// Of a ray that leaves an eye vertex, of one that leaves a light vertex: nothing.
 alias EyeMis = u32;
-alias EyePartials = u32;
 alias LightMis = u32;
+/// Of an eye vertex: its depth.
+alias EyePartials = u32;
 
-fn load_eye_partials(index: u32) -> EyePartials {
-    return 0u;
+fn load_eye_partials(index: u32, depth: u32) -> EyePartials {
+    return depth;
 }
 
 fn absorb(partials: EyePartials, through: vec3f) -> EyePartials {
@@ -55,7 +57,7 @@ fn cached_with_edge(vertex: LightVertex, mis: LightMis) -> LightVertex {
 }
 
 #if !lambert_vertices
-/// c of lib/mis between a vertex of the cache and the one before it, seen from `world_to`.
+/// c of lib/mis between a vertex of the cache and the one before it, seen from `world_to`, with the scale of DEEP.
 fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32 {
     return vertex.edge;
 }
@@ -67,13 +69,17 @@ fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: 
 
 fn store_light_mis(slot: u32, mis: LightMis) {}
 
+fn eye_depth(partials: EyePartials) -> u32 {
+    return partials;
+}
+
 /// The weight of a connection, and the density of all strategies that make the path, over those of its two sub-paths.
 /// Each side: its `mis_step`, and the density of its vertex as sampled from the other end.
 fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
     f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
-    let edge = batch.connection_density;
+    let edge = density_scale(partials);
     let density = edge + eye_step * pdf_eye + light_step * pdf_light;
     return ConnectionWeight(edge / density, density);
 }
@@ -86,7 +92,7 @@ fn emitter_weight(point: SurfacePoint, vertex: PathVertex, partials: EyePartials
     }
     let pdf_previous = emission_pdf_solid(point, vertex.world_from) * vertex.to_previous;
     let pdf_light = lights[light].pdf_select / point.area;
-    return hit_weight(vertex.edge, vertex.ratio, pdf_previous, pdf_light, vertex.pdf_area);
+    return hit_weight(batch.hit_scale, vertex.edge, vertex.ratio, pdf_previous, pdf_light, vertex.pdf_area);
 }
 #endif
 
@@ -98,6 +104,7 @@ fn environment_weight(previous: SubPath, partials: EyePartials, direction: vec3f
     }
     let pdf_previous = abs(dot(direction, previous.normal)) * disk_pdf_area();
     let pdf_light = environment_pdf_solid(direction);
-    return hit_weight(edge_density(previous.flags), previous.ratio, pdf_previous, pdf_light, pdf_solid);
+    let edge = edge_density(previous.flags, density_scale(partials - 1u));
+    return hit_weight(batch.hit_scale, edge, previous.ratio, pdf_previous, pdf_light, pdf_solid);
 }
 #endif

@@ -4,6 +4,7 @@
 #import bind/subpath
 #import bind/subspace_mis
 #import lib/color
+#import lib/connections
 #import lib/emission
 #import lib/light
 #import lib/mis
@@ -11,40 +12,44 @@
 #import lib/subspaces
 
 // Weights where connections are chosen by subspaces: an eye vertex z of eye subspace e is connected to a light vertex y
-// of light subspace l with density Gamma[e][l] |w_y| / Q[l] over that of its light sub-path, N times. In the terms of
-// lib/mis
+// of light subspace l with density Gamma[e][l] |w_y| / Q[l] over that of its light sub-path. In the terms of lib/mis
 //
-//   c(z, y) = N Gamma[e][l] |w_y| / Q[l]
+//   c(z, y) = S Gamma[e][l] |w_y| / Q[l]
 //
 // depends on the whole light sub-path through w, so that the eye's side has to remember a colour in place of a ratio:
 //
-//   A(z_k) = (A(z_{k-1}) f(z_{k-1}) G(z_{k-1}, z_{k-2}) + N Gamma / Q (z_{k-2}, z_{k-1})) / pE(z_{k-1})
+//   A(z_k) = (A(z_{k-1}) f(z_{k-1}) G(z_{k-1}, z_{k-2}) + S Gamma / Q (z_{k-2}, z_{k-1})) / pE(z_{k-1})
 //
-// and the densities of all connections nearer to the eye than (z, y) are |w_y f(y) G(y, z) A|, continued to z.
+// where S is the scale of the eye vertex's depth (lib/connections), and the densities of all connections nearer to the eye than (z, y) are |w_y f(y) G(y, z) A|, continued to z.
 // Su, Li, Wang 2022.
 
 /// What weights need of an eye vertex: what its ray carries, and its own subspaces (`eye_labels`).
 struct EyePartials {
     mis: EyeMis,
     labels: vec2u,
+    depth: u32,
 }
 
 /// Of the vertex that a ray of the queue has just reached.
-fn load_eye_partials(index: u32) -> EyePartials {
-    return EyePartials(eye_mis_in[index], eye_labels[index]);
+fn load_eye_partials(index: u32, depth: u32) -> EyePartials {
+    return EyePartials(eye_mis_in[index], eye_labels[index], depth);
+}
+
+fn eye_depth(partials: EyePartials) -> u32 {
+    return partials.depth;
 }
 
 /// What the last segment absorbs counts too.
 fn absorb(partials: EyePartials, through: vec3f) -> EyePartials {
-    return EyePartials(EyeMis(partials.mis.a * through, partials.mis.label), partials.labels);
+    return EyePartials(EyeMis(partials.mis.a * through, partials.mis.label), partials.labels, partials.depth);
 }
 
-/// c over |w| between an eye path's vertex, if it is no delta vertex, and the one before it, which has `flags` and `mis`.
-fn eye_edge(flags: u32, mis: EyeMis, light_label: u32) -> f32 {
+/// c over |w| between an eye path's vertex, if it is no delta vertex, and the one before it, which has `flags`.
+fn eye_edge(flags: u32, partials: EyePartials, light_label: u32) -> f32 {
     if (flags & (SUBPATH_DELTA | SUBPATH_CAMERA)) != 0u {
         return 0.0;
     }
-    return gamma_over_q(mis.label, light_label);
+    return density_scale(partials.depth - 1u) * gamma_over_q(partials.mis.label, light_label);
 }
 
 /// Light subspace of an eye path's vertex to which light comes from `world_to`. `known`: what it is where directions do
@@ -62,7 +67,7 @@ fn eye_mis_of_bounce(
     point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
 ) -> EyeMis {
     let label = eye_light_label(point, direction, partials.labels.y);
-    let before = select(eye_edge(vertex.flags, partials.mis, label), 0.0, is_delta);
+    let before = select(eye_edge(vertex.flags, partials, label), 0.0, is_delta);
     let cos_from = abs(dot(vertex.world_from, point.world_ng));
     let continued = partials.mis.a * f * (cos_from * vertex.to_previous) + before;
     return EyeMis(continued / vertex.pdf_area, partials.labels.x);
@@ -82,14 +87,14 @@ fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
     return vertex_label(TREE_LIGHT, point, world_from);
 }
 
-/// c between a light path's vertex, if it is no delta vertex, and the one before it, which has `w_over_q` and the light
-/// subspace `column`. `world_to`: to the vertex that is nearer to the camera.
+/// c, with the scale of DEEP, between a light path's vertex, if it is no delta vertex, and the one before it, which has
+/// `w_over_q` and the light subspace `column`. `world_to`: to the vertex that is nearer to the camera.
 fn light_edge(point: SurfacePoint, world_to: vec3f, w_over_q: f32, column: u32) -> f32 {
     if w_over_q == 0.0 {
         return 0.0;
     }
     let row = vertex_label(TREE_EYE, point, world_to);
-    return f32(CONNECTIONS_IN_FLIGHT) * gamma_pdf[row * batch.subspaces + column] * w_over_q;
+    return density_scale(DEEP) * gamma_pdf[row * batch.subspaces + column] * w_over_q;
 }
 
 /// The same for the vertex that a light path has just reached, as far as it is known before the direction on is.
@@ -131,7 +136,7 @@ fn cached_with_edge(vertex: LightVertex, mis: LightMis) -> LightVertex {
 }
 
 #if !lambert_vertices
-/// c of lib/mis between a vertex of the cache and the one before it, seen from `world_to`.
+/// c of lib/mis between a vertex of the cache and the one before it, seen from `world_to`, with the scale of DEEP.
 fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32 {
 #if subspace_directions
     return light_edge(point, world_to, vertex.edge, vertex.depth_kind >> 20u);
@@ -159,7 +164,8 @@ fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
     f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
-    let edge = gamma_over_q(partials.labels.x, light_vertex.number_label >> 16u) * arriving(light_vertex);
+    let edge = density_scale(partials.depth) * gamma_over_q(partials.labels.x, label_of(light_vertex))
+        * arriving(light_vertex);
     let beyond = eye_mis_of_bounce(eye_point, eye_vertex, partials, direction, f_eye, false);
     let nearer = magnitude(arriving_light * beyond.a);
     let density = edge + nearer + eye_step * pdf_eye + light_step * pdf_light;
@@ -176,10 +182,10 @@ fn emitter_weight(point: SurfacePoint, vertex: PathVertex, partials: EyePartials
     let pdf_light = lights[light].pdf_select / point.area;
     let emission = point_emission(point, vertex.world_from) * point_presence(point);
     let geometry = abs(dot(vertex.world_from, point.world_ng)) * vertex.to_previous;
-    let edge = eye_edge(vertex.flags, partials.mis, source_label(light, point.b.yz));
+    let edge = eye_edge(vertex.flags, partials, source_label(light, point.b.yz));
     let others = edge * magnitude(emission) + magnitude(partials.mis.a * emission) * geometry
         + vertex.ratio * pdf_previous * pdf_light;
-    return 1.0 / (1.0 + others / vertex.pdf_area);
+    return batch.hit_scale / (batch.hit_scale + others / vertex.pdf_area);
 }
 #endif
 
@@ -193,9 +199,9 @@ fn environment_weight(previous: SubPath, partials: EyePartials, direction: vec3f
     let pdf_light = environment_pdf_solid(direction);
     let radiance = environment_radiance(direction);
     let cosine = abs(dot(direction, previous.normal));
-    let edge = eye_edge(previous.flags, partials.mis, source_label(ENVIRONMENT_LIGHT, sphere_to_square(direction)));
+    let edge = eye_edge(previous.flags, partials, source_label(ENVIRONMENT_LIGHT, sphere_to_square(direction)));
     let others = edge * magnitude(radiance) + magnitude(partials.mis.a * radiance) * cosine
         + previous.ratio * pdf_previous * pdf_light;
-    return 1.0 / (1.0 + others / pdf_solid);
+    return batch.hit_scale / (batch.hit_scale + others / pdf_solid);
 }
 #endif

@@ -13,7 +13,7 @@ use crate::render::RenderOptions;
 use crate::training::Training;
 
 /// Of keys. Raise it where a default, or the meaning of a setting, changes: stored renders are then made again.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// What a render's figures depend on. Settings are as text: numbers need not survive a file to the last digit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -236,7 +236,7 @@ mod tests {
     /// A default is in no key: where one of these fails, raise [`VERSION`], and put the new default here.
     #[test]
     fn defaults_are_those_of_the_version() {
-        assert_eq!(VERSION, 1);
+        assert_eq!(VERSION, 2);
         let mut defaults = leaves("training", &serde_json::to_value(Training::default()).expect("JSON"));
         for method in METHODS {
             let value = serde_json::to_value(method.default_method()).expect("JSON");
@@ -249,6 +249,7 @@ mod tests {
             ("training.settings.source_share", "0.1"),
             ("training.settings.direction_weight", "0.0"),
             ("training.settings.tree_depth", "15"),
+            ("training.settings.lloyd_steps", "5"),
             ("training.settings.tree_stop", "0.99"),
             ("training.settings.tree_samples", "100000"),
             ("training.settings.uniform_share", "0.1"),
@@ -257,9 +258,13 @@ mod tests {
         ] {
             assert_eq!(defaults.get(name).map(String::as_str), Some(text), "{name}");
         }
-        for method in METHODS.iter().filter(|method| method.takes(Setting::Connections)) {
-            let name = format!("{}.connections", method.name);
-            assert_eq!(defaults.get(&name).map(String::as_str), Some("3"), "{name}");
+        for (method, counts, shares) in
+            [("lvcbpt", "[3,3,3]", "[1.0,1.0,1.0,1.0]"), ("spcbpt", "[9,2,1]", "[3.0,2.0,1.0,4.0]")]
+        {
+            for (field, text) in [("counts", counts), ("shares", shares)] {
+                let name = format!("{method}.connections.{field}");
+                assert_eq!(defaults.get(&name).map(String::as_str), Some(text), "{name}");
+            }
         }
     }
 }

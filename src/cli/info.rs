@@ -164,10 +164,7 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
                 counts.clamped_paths
             ),
         ),
-        (
-            "learnt for",
-            format!("{} connections, uniform share {}", model.connections, settings.uniform_share),
-        ),
+        ("learnt for", format!("{}, uniform share {}", model.connections, settings.uniform_share)),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]
 }

@@ -5,11 +5,12 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::args::method::LearnArgs;
+use super::args::method::{ConnectionArgs, LearnArgs};
 use super::args::picture::{PictureArgs, SeedArgs};
 use super::args::{CameraArgs, InputError, SceneArgs, default_output, try_output};
 use super::{CliError, Exit, progress, summary};
-use crate::integrator::{DEFAULT_CONNECTIONS, MAX_CONNECTIONS, Method, SpcBpt, View};
+use crate::integrator::View;
+use crate::integrator::method::{Given, SPCBPT};
 use crate::render::{Prepared, RenderOptions};
 use crate::scene::{Scene, SceneFeatures};
 use crate::training::{Training, When};
@@ -22,10 +23,8 @@ pub struct TrainArgs {
     /// Where the model goes (default: the scene's name, .model).
     #[arg(short, long, value_name = "FILE.model")]
     output: Option<PathBuf>,
-    /// Connections of each vertex of an eye path that the render will have. With another number it stays unbiased.
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_CONNECTIONS,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_CONNECTIONS)))]
-    connections: u32,
+    #[command(flatten)]
+    connections: ConnectionArgs,
     #[command(flatten)]
     picture: PictureArgs,
     #[command(flatten)]
@@ -58,9 +57,11 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     progress::install_interrupt();
     let context = args.picture.device.open(quiet)?;
     let picture = args.picture.options(&scene, camera);
+    let ConnectionArgs { connections, shares } = args.connections;
+    let given = Given { connections, shares, ..Given::default() };
     let options = RenderOptions {
         view: View { seed: args.seed.seed, ..picture.view },
-        method: Method::SpcBpt(SpcBpt { connections: args.connections, ..SpcBpt::default() }),
+        method: (SPCBPT.make)(&given),
         training,
         ..picture
     };

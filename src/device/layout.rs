@@ -44,6 +44,9 @@ pub const TRIANGLE_ALPHA: u32 = 1 << 25;
 device_struct! {
     /// Which samples of which pixels a batch holds.
     pub struct Batch {
+        pub connections: [u32; 3],
+        pub hit_scale: f32,
+        pub density_scales: [f32; 3],
         pub width: u32,
         pub height: u32,
         pub crop_x: u32,
@@ -60,7 +63,6 @@ device_struct! {
         pub light_seed: u32,
         pub first_light_path: u32,
         pub light_path_count: u32,
-        pub connection_density: f32,
         pub camera_paths: f32,
         pub only_s: u32,
         pub only_t: u32,
@@ -219,7 +221,7 @@ device_struct! {
         pub pdf_light: f32,
         pub pdf_back: f32,
         pub direction: [f32; 3],
-        pub pad: u32,
+        pub share: f32,
     }
 }
 
@@ -261,15 +263,15 @@ device_struct! {
     /// A vertex of the light cache where all surfaces scatter by Lambert's law alone.
     pub struct LambertVertex {
         pub weight: [f32; 3],
-        pub index: u32,
+        pub index_kind: u32,
         pub b1: f32,
         pub b2: f32,
         pub size: f32,
         pub step: f32,
+        pub edge_step: f32,
         pub pdf_scale: f32,
-        pub depth_kind: u32,
         pub path: u32,
-        pub number_label: u32,
+        pub depth_label: u32,
     }
 }
 

@@ -47,6 +47,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/color",
     "lib/connect",
     "lib/connect_lambert",
+    "lib/connections",
     "lib/deliver",
     "lib/deliver_film",
     "lib/deliver_records",

@@ -5,10 +5,11 @@
 
 use serde::Serialize;
 
-use super::bidirectional::settings::{Bdpt, DEFAULT_CONNECTIONS, LightTracing, LvcBpt, SpcBpt};
+use super::Connections;
+use super::bidirectional::settings::{Bdpt, LightTracing, LvcBpt, SpcBpt};
 
 /// How light is transported, with the settings of each way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(tag = "integrator", rename_all = "lowercase")]
 pub enum Method {
     /// Path tracing with next-event estimation.
@@ -45,6 +46,7 @@ pub struct Descriptor {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
     LightPaths,
+    /// How many, and how far weights trust them.
     Connections,
     LightTracing,
     /// All that says what is learnt, and from what.
@@ -55,8 +57,20 @@ pub enum Setting {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Given {
     pub light_paths: Option<u32>,
-    pub connections: Option<u32>,
+    /// N of the first eye vertices; the last that is given holds for all that follow.
+    pub connections: Option<[u32; 3]>,
+    /// [`Connections::shares`]
+    pub shares: Option<[f32; 4]>,
     pub light_tracing: bool,
+}
+
+impl Given {
+    fn connections_or(&self, default: Connections) -> Connections {
+        Connections {
+            counts: self.connections.unwrap_or(default.counts),
+            shares: self.shares.unwrap_or(default.shares),
+        }
+    }
 }
 
 /// Every method, in the order in which users see them.
@@ -89,8 +103,9 @@ pub static LVCBPT: Descriptor = Descriptor {
     how: "eye paths, connected to vertices of light paths that the whole picture shares",
     suits: "light that arrives by way of other surfaces: lamps behind shades, a door ajar",
     takes: &[Setting::LightPaths, Setting::Connections, Setting::LightTracing],
-    make: |&Given { light_paths, connections, light_tracing }| {
-        let connections = connections.unwrap_or(DEFAULT_CONNECTIONS);
+    make: |given| {
+        let Given { light_paths, light_tracing, .. } = *given;
+        let connections = given.connections_or(LvcBpt::CONNECTIONS);
         Method::LvcBpt(LvcBpt { light_paths, connections, light_tracing })
     },
 };
@@ -102,8 +117,9 @@ pub static SPCBPT: Descriptor = Descriptor {
     how: "as `lvcbpt`, but it first learns which light vertices are worth a connection: seconds, once for many renders",
     suits: "light that is hard to find, such as rooms lit through a door ajar",
     takes: &[Setting::LightPaths, Setting::Connections, Setting::LightTracing, Setting::Learning],
-    make: |&Given { light_paths, connections, light_tracing }| {
-        let connections = connections.unwrap_or(DEFAULT_CONNECTIONS);
+    make: |given| {
+        let Given { light_paths, light_tracing, .. } = *given;
+        let connections = given.connections_or(SpcBpt::CONNECTIONS);
         Method::SpcBpt(SpcBpt { light_paths, connections, light_tracing })
     },
 };

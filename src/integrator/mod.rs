@@ -23,6 +23,8 @@ pub use view::{DEFAULT_ROULETTE_CAP, View};
 pub use wavefront::submission::SubmissionLimit;
 pub use wavefront::{RayCounts, Wavefront};
 
+pub use crate::subspace::{Connections, MAX_CONNECTIONS};
+
 /// What was chosen without being asked for, and why.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {

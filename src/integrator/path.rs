@@ -5,13 +5,13 @@ use crate::device::layout::{Batch, Camera};
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
 
-use super::wavefront::{Bounce, Form, Size, Stage, Wavefront};
+use super::wavefront::{Bounces, Form, Size, Stage, Wavefront};
 use super::{Integrator, Settings};
 
 /// See the module.
 pub struct PathIntegrator {
     wavefront: Wavefront,
-    bounce: Bounce,
+    bounces: Bounces,
 }
 
 impl PathIntegrator {
@@ -29,7 +29,7 @@ impl PathIntegrator {
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let kernel = wavefront.compile(context, "path_shade", &[])?;
         let shade = wavefront.bind_pair(context, &kernel)?;
-        let bounce = [0, 1].map(|parity: usize| {
+        let bounce = |parity: usize| {
             let mut stages = vec![
                 Stage::new(&wavefront.closest_hit[parity], Size::Paths),
                 Stage::new(&shade[parity], Size::Paths),
@@ -37,14 +37,15 @@ impl PathIntegrator {
             ];
             stages.extend(wavefront.test_connections.iter().cloned());
             stages
-        });
-        Ok(Self { wavefront, bounce })
+        };
+        let bounces = [bounce(0), bounce(1)].into();
+        Ok(Self { wavefront, bounces })
     }
 
     fn trace(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
         let first_rays = self.wavefront.camera_rays.clone();
         let encoder = self.wavefront.start(context, batch, &first_rays)?;
-        self.wavefront.bounce(context, encoder, &self.bounce, batch.max_depth)?;
+        self.wavefront.bounce(context, encoder, &self.bounces, batch.max_depth)?;
         self.wavefront.accumulate(context, batch)
     }
 }

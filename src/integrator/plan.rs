@@ -1,6 +1,7 @@
 //! What a method comes down to. This is the only place that asks which method it is: all other code reads the plan.
 
 use crate::device::Feature;
+use crate::subspace::Connections;
 
 use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, SPCBPT};
 
@@ -51,8 +52,9 @@ pub enum Weights {
 pub struct Plan {
     pub descriptor: &'static Descriptor,
     pub light_paths: LightPaths,
-    /// Connections that an eye vertex has in flight.
-    pub connections: u32,
+    /// Connections that eye vertices have. (Of vertices connected to the whole of their own light path, how many are in
+    /// flight at once.)
+    pub connections: Connections,
     /// `None`: eye vertices are not connected to light vertices.
     pub selector: Option<Selector>,
     pub weights: Weights,
@@ -82,7 +84,7 @@ impl Method {
             Self::Path => Plan {
                 descriptor: &PATH,
                 light_paths: LightPaths::None,
-                connections: 1,
+                connections: Connections::even(1),
                 selector: None,
                 weights: Weights::Ratio,
                 to_camera: false,
@@ -90,7 +92,7 @@ impl Method {
             Self::Bdpt(method) => Plan {
                 descriptor: &BDPT,
                 light_paths: LightPaths::OnePerEyePath,
-                connections: OWN_PATH_CONNECTIONS,
+                connections: Connections::even(OWN_PATH_CONNECTIONS),
                 selector: Some(Selector::OwnPath),
                 weights: Weights::Ratio,
                 to_camera: method.light_tracing,
@@ -114,7 +116,7 @@ impl Method {
             Self::Light(method) => Plan {
                 descriptor: &LIGHT,
                 light_paths: LightPaths::Shared { wanted: method.light_paths, per_pixel: 1.0 },
-                connections: 1,
+                connections: Connections::even(1),
                 selector: None,
                 weights: Weights::Ratio,
                 to_camera: true,
@@ -162,6 +164,22 @@ impl Plan {
     /// That density follows from the mean number of vertices on a light path.
     pub fn needs_mean_length(&self) -> bool {
         self.shares_cache() && self.connects_by_ratio()
+    }
+
+    /// What the densities of connections are times in weights, by the number of the eye vertex: 1, 2, 3 and beyond; then the
+    /// same of light that is hit. `light_vertices`: on a light path, on average.
+    pub fn density_scales(&self, light_vertices: f32) -> [f32; 4] {
+        let unit = match (self.selector, self.weights) {
+            (Some(Selector::Uniform), Weights::Ratio) => 1.0 / light_vertices,
+            // Each pair of vertices is connected once.
+            (Some(Selector::OwnPath), Weights::Ratio) => 1.0 / self.connections.counts[0] as f32,
+            (_, Weights::Subspaces) => 1.0,
+            (_, Weights::Ratio) => 0.0,
+        };
+        let [first, second, deep] = self.connections.scales().map(|scale| scale * unit);
+        // A vertex that is connected to the camera knows one sum for all vertices beyond it.
+        let second = if self.to_camera { deep } else { second };
+        [first, second, deep, self.connections.hit_scale()]
     }
 
     /// Eye vertices are connected to a cache that light paths of all pixels are in.

@@ -1,7 +1,7 @@
-//! Centroids of the subspaces: training vertices drawn in proportion to what their paths contribute, and the nearest
-//! of them to a vertex.
+//! Centroids of the subspaces: training vertices drawn in proportion to what their paths contribute, moved to the middle of
+//! what is nearest to them, and the nearest of them to a vertex.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::training::Feature;
@@ -72,6 +72,22 @@ impl Centroids {
         }
     }
 
+    /// Each centroid moves to the mean of the features that are nearest to it, `steps` times; normals and directions are made
+    /// unit vectors again. A centroid that is nearest to none stays.
+    /// Lloyd, Least Squares Quantization in PCM, IEEE Transactions on Information Theory 28(2), 1982.
+    pub fn relaxed(self, samples: &[Feature], steps: u32) -> Self {
+        let (normal_scale, direction_scale) = (self.normal_scale, self.direction_scale);
+        (0..steps).fold(self, |centroids, _| {
+            let nearest: Vec<u32> = samples.par_iter().map(|sample| centroids.nearest(sample)).collect();
+            let mut sums = vec![Sum::default(); centroids.features.len()];
+            for (sample, nearest) in samples.iter().zip(nearest) {
+                sums[nearest as usize].add(sample);
+            }
+            let features = sums.iter().zip(&centroids.features).map(|(sum, old)| sum.mean(old)).collect();
+            Self { normal_scale, direction_scale, ..Self::new(features, 0.0, 0.0) }
+        })
+    }
+
     pub fn features(&self) -> &[Feature] {
         &self.features
     }
@@ -128,6 +144,37 @@ impl Centroids {
             }
         }
         at[nearest]
+    }
+}
+
+/// Of features, number by number.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    position: DVec3,
+    normal: DVec3,
+    direction: DVec3,
+    count: f64,
+}
+
+impl Sum {
+    fn add(&mut self, feature: &Feature) {
+        self.position += feature.position.as_dvec3();
+        self.normal += feature.normal.as_dvec3();
+        self.direction += feature.direction.as_dvec3();
+        self.count += 1.0;
+    }
+
+    /// What there is no mean of is as in `old`.
+    fn mean(&self, old: &Feature) -> Feature {
+        if self.count == 0.0 {
+            return *old;
+        }
+        let unit = |sum: DVec3, old: Vec3| sum.try_normalize().map_or(old, |unit| unit.as_vec3());
+        Feature {
+            position: (self.position / self.count).as_vec3(),
+            normal: unit(self.normal, old.normal),
+            direction: unit(self.direction, old.direction),
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 
 use std::path::Path;
 
+use super::connections::{Connections, MAX_CONNECTIONS};
 use super::gamma::{Loss, Tried};
 use super::model::{Counts, Model, Seconds, TrainingReport};
 use super::settings::{MOST_SUBSPACES, Optimiser, Settings};
@@ -19,7 +20,7 @@ use crate::subspace::SubspaceError;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Magic, version, scene hash, length; the checksum follows.
 const HEADER: usize = 28;
 
@@ -116,7 +117,9 @@ fn is_sound(model: &Model) -> bool {
         let cells = u64::from(of.divisions) * u64::from(of.divisions);
         cells > 0 && u64::from(of.first) + cells <= k as u64
     });
-    rows && labels && model.q.iter().all(|q| *q > 0.0 && q.is_finite())
+    let counted = model.connections.counts.iter().all(|n| (1..=MAX_CONNECTIONS).contains(n));
+    let weighed = model.connections.shares.iter().all(|share| *share > 0.0 && share.is_finite());
+    counted && weighed && rows && labels && model.q.iter().all(|q| *q > 0.0 && q.is_finite())
 }
 
 fn encode(model: &Model) -> Vec<u8> {
@@ -126,7 +129,9 @@ fn encode(model: &Model) -> Vec<u8> {
     out.f64s(&[s.source_share, f64::from(s.direction_weight), s.tree_stop, s.uniform_share, s.held_out]);
     // No share is negative.
     out.f64(s.smoothing.unwrap_or(-1.0));
-    out.u32s(&[s.tree_depth, s.tree_samples, model.connections, s.optimiser as u32, s.max_steps]);
+    out.u32s(&[s.lloyd_steps, s.tree_depth, s.tree_samples, s.optimiser as u32, s.max_steps]);
+    out.u32s(&model.connections.counts);
+    out.u32s(&model.connections.shares.map(f32::to_bits));
     out.u64(model.seed);
     out.u32(model.subspaces);
     for tree in [&model.eye_tree, &model.light_tree] {
@@ -209,23 +214,28 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     })
 }
 
-/// The settings, N, and the seed.
-fn decode_settings(from: &mut Reader) -> Option<(Settings, u32, u64)> {
+/// The settings, what it was trained for, and the seed.
+fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
     let subspaces = Some(from.u32()?).filter(|k| *k > 0);
     let source_share = from.f64()?;
     let direction_weight = from.f64()? as f32;
     let (tree_stop, uniform_share, held_out) = (from.f64()?, from.f64()?, from.f64()?);
     let smoothing = Some(from.f64()?).filter(|share| *share >= 0.0);
-    let (tree_depth, tree_samples, connections) = (from.u32()?, from.u32()?, from.u32()?);
+    let (lloyd_steps, tree_depth, tree_samples) = (from.u32()?, from.u32()?, from.u32()?);
     let optimiser = from.u32()?;
     let optimiser = [Optimiser::Mm, Optimiser::Softmax, Optimiser::Mirror]
         .into_iter()
         .find(|known| *known as u32 == optimiser)?;
-    let (max_steps, seed) = (from.u32()?, from.u64()?);
+    let max_steps = from.u32()?;
+    let counts = [from.u32()?, from.u32()?, from.u32()?];
+    let shares = [from.f32()?, from.f32()?, from.f32()?, from.f32()?];
+    let connections = Connections { counts, shares };
+    let seed = from.u64()?;
     let settings = Settings {
         subspaces,
         source_share,
         direction_weight,
+        lloyd_steps,
         tree_depth,
         tree_stop,
         tree_samples,

@@ -12,11 +12,10 @@ use crate::subspace::SubspaceError;
 impl Model {
     /// Density of a path by all strategies together, with this model, over the density p that it was found with.
     pub fn path_density(&self, set: &TrainingSet, path: usize) -> f64 {
-        let connections = f64::from(self.connections);
         let by_connection = set.nodes()[set.nodes_of(path)].iter().map(|node| {
             let (row, column) = (self.eye_label(&node.eye), self.light_label(&node.light));
             let share = f64::from(self.gamma[(row * self.subspaces + column) as usize]);
-            connections * share / f64::from(self.q[column as usize]) * f64::from(node.mass)
+            share / f64::from(self.q[column as usize]) * f64::from(node.mass)
         });
         f64::from(set.paths()[path].p0) + by_connection.sum::<f64>()
     }

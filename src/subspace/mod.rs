@@ -11,6 +11,7 @@
 //! Whatever is learnt, rendering with it is unbiased as long as it is fixed: this module is about variance only.
 
 pub mod centroid;
+mod connections;
 mod error;
 mod file;
 pub mod gamma;
@@ -24,6 +25,7 @@ mod train;
 mod training;
 pub mod tree;
 
+pub use connections::{Connections, MAX_CONNECTIONS};
 pub use error::SubspaceError;
 pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::connections::Connections;
 use super::gamma::{Loss, Tried};
 use super::settings::Settings;
 use super::sources::{SourceLabels, label_of};
@@ -16,8 +17,8 @@ use crate::math::alias::{AliasEntry, AliasTable};
 pub struct Model {
     /// Of the scene that it was trained on.
     pub scene_hash: u64,
-    /// N, connections of an eye vertex that it was trained for.
-    pub connections: u32,
+    /// What it was trained for.
+    pub connections: Connections,
     /// What it was trained with.
     pub settings: Settings,
     pub seed: u64,

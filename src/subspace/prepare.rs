@@ -20,7 +20,7 @@ const HELD_OUT_STREAM: u32 = 0x4845_4c44;
 /// A path's part in the training.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathWeight {
-    /// W: square of the contribution after tile normalisation, over the density that the path was sampled with.
+    /// W: square of the contribution after tile normalisation, over the share of the way that found the path.
     pub squared: f64,
     /// The contribution as a weight for centroids and the contribution matrix; 0: the path takes no part.
     pub weight: f64,
@@ -61,7 +61,7 @@ pub fn weigh(
             let node = &set.nodes()[at];
             good(node.mass) && node.eye.is_finite() && node.light.is_finite()
         };
-        good(path.contribution) && good(path.p0) && set.nodes_of(index).all(sound_node)
+        good(path.contribution) && good(path.p0) && path.share > 0.0 && set.nodes_of(index).all(sound_node)
     };
     let sound: Vec<bool> = (0..set.paths().len()).into_par_iter().map(is_sound).collect();
 
@@ -85,7 +85,7 @@ pub fn weigh(
             let contribution =
                 if counts { f64::from(path.contribution) / brightness[path.tile as usize] } else { 0.0 };
             PathWeight {
-                squared: contribution * contribution,
+                squared: contribution * contribution / f64::from(path.share),
                 weight: contribution,
                 held_out: is_held_out(set.group_of(index), settings, seed),
             }

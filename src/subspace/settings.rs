@@ -34,6 +34,8 @@ pub struct Settings {
     pub source_share: f64,
     /// Weight of the incident direction in the classification's distance, relative to the normal's; 0: it does not count.
     pub direction_weight: f32,
+    /// Steps that move the centroids to the middle of what is nearest to them.
+    pub lloyd_steps: u32,
     pub tree_depth: u32,
     /// A tree is finished when so much of the samples' weight gets the label of its nearest centroid.
     pub tree_stop: f64,
@@ -55,6 +57,7 @@ impl Default for Settings {
             subspaces: None,
             source_share: 0.1,
             direction_weight: 0.0,
+            lloyd_steps: 5,
             tree_depth: 15,
             tree_stop: 0.99,
             tree_samples: 100_000,
@@ -88,6 +91,7 @@ impl Settings {
         share("source_share", self.source_share, 1.0)?;
         share("direction_weight", f64::from(self.direction_weight), 1e6)?;
         share("tree_depth", f64::from(self.tree_depth), f64::from(TREE_MAX_DEPTH))?;
+        share("lloyd_steps", f64::from(self.lloyd_steps), 100.0)?;
         share("tree_stop", self.tree_stop, 1.0)?;
         share("held_out", self.held_out, 0.9)?;
         share("smoothing", self.smoothing.unwrap_or(0.0), 1.0)?;

@@ -80,7 +80,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
 
     let fallback: Vec<f64> =
         q.iter().zip(&active).map(|(q, active)| if *active { q / total } else { 0.0 }).collect();
-    let terms = Terms { set, connections, weights: &weighed.paths, labels: &labels, q: &q };
+    let terms = Terms { set, weights: &weighed.paths, labels: &labels, q: &q };
     let (mut problem, unreachable) = terms.problem(subspaces, &active, &fallback, &settings);
     let neighbours = neighbours(&eye_centroids, &light_centroids, &active);
     problem.smooth_over(&neighbours, &fallback, settings.smoothing);
@@ -160,7 +160,7 @@ fn taught_nodes(set: &TrainingSet, weights: &[PathWeight]) -> Vec<(u32, f64)> {
         .collect()
 }
 
-/// Draws the centroids of one side and grows its tree; labels are indices of centroids.
+/// Draws the centroids of one side, moves them and grows its tree; labels are indices of centroids.
 fn classify(
     &TrainingInput { set, seed, .. }: &TrainingInput,
     taught: &[(u32, f64)],
@@ -173,15 +173,16 @@ fn classify(
     let drawn = systematic(side.iter().map(|(_, weight)| *weight), count, seed);
     let centroids = drawn.iter().filter_map(|&at| feature(side[at as usize].0)).collect();
     let variance = largest_variance(side.iter().filter_map(|(node, _)| feature(*node)).map(|f| f.position));
-    let centroids = Centroids::new(centroids, variance, settings.direction_weight);
-
     let most = settings.tree_samples.max(1) as usize;
     let samples: Vec<(Feature, f64)> = (0..side.len().min(most))
         // Evenly spread where there are more than enough.
         .map(|i| side[if side.len() > most { i * side.len() / most } else { i }])
         .filter_map(|(node, weight)| Some((feature(node)?, weight)))
         .collect();
-    let labels: Vec<u32> = samples.par_iter().map(|(feature, _)| centroids.nearest(feature)).collect();
+    let features: Vec<Feature> = samples.iter().map(|(feature, _)| *feature).collect();
+    let centroids = Centroids::new(centroids, variance, settings.direction_weight)
+        .relaxed(&features, settings.lloyd_steps);
+    let labels: Vec<u32> = features.par_iter().map(|feature| centroids.nearest(feature)).collect();
     let growth = Growth {
         depth: settings.tree_depth,
         stop: settings.tree_stop,
@@ -206,7 +207,6 @@ fn neighbours(eye: &Centroids, light: &Centroids, active: &[bool]) -> Neighbours
 /// What the loss is made of.
 struct Terms<'a> {
     set: &'a TrainingSet,
-    connections: u32,
     weights: &'a [PathWeight],
     labels: &'a [(u32, u32)],
     q: &'a [f64],
@@ -221,7 +221,6 @@ impl Terms<'_> {
         fallback: &[f64],
         settings: &Settings,
     ) -> (Problem, u64) {
-        let connections = f64::from(self.connections);
         let mut builder = ProblemBuilder::new(subspaces);
         for (index, path) in self.weights.iter().enumerate().filter(|(_, path)| path.weight > 0.0) {
             let term = Term {
@@ -234,7 +233,7 @@ impl Terms<'_> {
                 let (row, column) = self.labels[at];
                 // Where it is not finite the whole path counts as unreachable.
                 let mass = f64::from(self.set.nodes()[at].mass);
-                (row, column, connections * mass / self.q[column as usize])
+                (row, column, mass / self.q[column as usize])
             };
             builder.push(term, self.set.nodes_of(index).map(node));
         }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
+use super::connections::Connections;
 use crate::device::scene::LightSourceInfo;
 
 /// Side of a picture's tiles in pixels; contributions are relative to the brightness of their tile.
@@ -55,8 +56,8 @@ pub struct TrainingNode {
     pub eye: Feature,
     /// At x_{j+1}.
     pub light: LightEnd,
-    /// PE(j) |f_y(x_n..x_{j+1})| / p: density of connecting at this edge over the density p that the path was sampled
-    /// with, before N, Gamma and 1/Q. Zero where an end is a delta vertex.
+    /// S PE(j) |f_y(x_n..x_{j+1})| / p: density of connecting at this edge, times what weights have it times
+    /// ([`Connections::scale_at`]), over the density p of the path; before Gamma and 1/Q. Zero where an end is a delta vertex.
     pub mass: f32,
 }
 
@@ -65,9 +66,12 @@ pub struct TrainingNode {
 pub struct TrainingPath {
     /// [`TrainingSet::tile_of`] of the pixel.
     pub tile: u32,
-    /// |f| / p
+    /// What it counts in the picture: |f| times its share, over p. p: density of the path by all ways to find it together,
+    /// each times its share.
     pub contribution: f32,
-    /// What of the mixture's density does not depend on Gamma, over p: PE(n) / p.
+    /// Of the way that found it; positive. So it was found with the density p over this.
+    pub share: f32,
+    /// What of the mixture's density does not depend on Gamma, over p: H PE(n) / p.
     pub p0: f32,
 }
 
@@ -157,7 +161,7 @@ pub struct TrainingInput<'a> {
     /// As the device lists them.
     pub lights: &'a [LightSourceInfo],
     pub scene_hash: u64,
-    /// N, connections of an eye vertex in the render to come.
-    pub connections: u32,
+    /// Of the render to come.
+    pub connections: Connections,
     pub seed: u64,
 }

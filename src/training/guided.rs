@@ -233,7 +233,7 @@ impl Trainer {
     fn not_worth_another(&self, task: &TrainingTask) -> Option<String> {
         let known = &self.losses[self.losses.len().saturating_sub(2)..];
         let gain = if known.is_empty() { 0.0 } else { 1.0 - geometric_mean(known) };
-        let (training, connections) = (&task.training, f64::from(task.connections()));
+        let (training, connections) = (&task.training, f64::from(task.connections().counts[0]));
         let share_of_choice = VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + connections);
         let variance = GAIN_OF_THE_NEXT * gain * share_of_choice;
         // The next round comes when there is twice as much to learn from.
@@ -269,6 +269,7 @@ impl Trainer {
     fn find_paths(&mut self, task: &TrainingTask, iteration: u32) -> Result<Range<usize>, TrainingError> {
         let context = &task.context;
         let first = self.set.paths().len();
+        let connections = task.connections();
         let batch = training_batch(&self.integrator.wavefront, iteration);
         let paths = self.integrator.wavefront.settings.view.region().pixels();
         loop {
@@ -276,7 +277,7 @@ impl Trainer {
             let counts = self.integrator.find_paths(context, &batch, paths)?;
             let features = self.cache(task, counts.light_vertices)?;
             let wavefront = &mut self.integrator.wavefront;
-            match self.records.take(context, wavefront, &batch, &features, &mut self.set)? {
+            match self.records.take(context, wavefront, &batch, &features, &connections, &mut self.set)? {
                 None => {
                     self.take_lights(&features, paths);
                     self.camera_paths += u64::from(batch.pixel_count * batch.sample_count);

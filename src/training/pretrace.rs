@@ -2,13 +2,13 @@
 
 use crate::device::layout::Batch;
 use crate::device::{Context, DeviceError, Kernel};
-use crate::subspace::{LightSample, TrainingSet};
+use crate::subspace::{Connections, LightSample, TrainingSet};
 
 use super::TrainingError;
 use super::records::{Records, light_features, light_sample};
 use super::task::{Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, training_batch};
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
-use crate::integrator::wavefront::{Bounce, Size, Stage, Wavefront};
+use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront};
 use crate::integrator::{LvcBpt, Method, Settings};
 
 /// Camera paths traced at a time, and room for their records at first.
@@ -27,8 +27,12 @@ pub(super) fn train(
     mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
 ) -> Result<TrainingResult, TrainingError> {
     let TrainingTask { context, scene, camera, settings, .. } = task;
-    let method =
-        Method::LvcBpt(LvcBpt { light_paths: Some(PATHS_A_BATCH), connections: 1, light_tracing: false });
+    let method = Method::LvcBpt(LvcBpt {
+        light_paths: Some(PATHS_A_BATCH),
+        connections: Connections::even(1),
+        light_tracing: false,
+    });
+    let connections = task.connections();
     let settings = Settings { method, ..*settings };
     let mut bidirectional =
         Bidirectional::new(context, scene.clone(), camera, settings, None, Purpose::LightVertices)?;
@@ -36,7 +40,7 @@ pub(super) fn train(
     // The driver compiles at the first dispatch: that is not learning's time.
     let tiny = bidirectional.wavefront.tiny_batch();
     let mut set = TrainingSet::new(settings.view.width, settings.view.height);
-    pretrace.trace(context, &mut bidirectional.wavefront, &tiny, &mut set.clone())?;
+    pretrace.trace(context, &mut bidirectional.wavefront, &tiny, &connections, &mut set.clone())?;
     bidirectional.fill_cache(context, &tiny, 1)?;
     let mut clock = Clock::new();
     let mut camera_paths = 0;
@@ -47,7 +51,7 @@ pub(super) fn train(
     let patience = PATIENCE * wanted as u64;
     while set.paths().len() < wanted && camera_paths < patience {
         for batch in batches(&bidirectional.wavefront, sample, samples) {
-            pretrace.trace(context, &mut bidirectional.wavefront, &batch, &mut set)?;
+            pretrace.trace(context, &mut bidirectional.wavefront, &batch, &connections, &mut set)?;
             camera_paths += u64::from(batch.pixel_count * batch.sample_count);
             let found = set.paths().len() as f64 / wanted as f64;
             go_on(TrainingProgress::TrainingPaths(
@@ -83,7 +87,7 @@ fn batches(wavefront: &Wavefront, sample: u32, samples: u32) -> Vec<Batch> {
 /// The kernels of pre-tracing.
 struct Pretrace {
     shade: Kernel,
-    bounce: Bounce,
+    bounces: Bounces,
     records: Records,
 }
 
@@ -91,7 +95,7 @@ impl Pretrace {
     fn new(context: &Context, wavefront: &mut Wavefront) -> Result<Self, DeviceError> {
         let records = Records::new(context, wavefront, FIRST_RECORDS)?;
         let shade = wavefront.compile(context, "training_shade", &[])?;
-        let mut pretrace = Self { shade, bounce: Bounce::default(), records };
+        let mut pretrace = Self { shade, bounces: Bounces::default(), records };
         pretrace.bind(context, wavefront)?;
         Ok(pretrace)
     }
@@ -99,7 +103,7 @@ impl Pretrace {
     fn bind(&mut self, context: &Context, wavefront: &mut Wavefront) -> Result<(), DeviceError> {
         let shade = wavefront.bind_pair(context, &self.shade)?;
         wavefront.bind_tests(context)?;
-        self.bounce = [0, 1].map(|parity: usize| {
+        let bounce = |parity: usize| {
             let mut bounce = vec![
                 Stage::new(&wavefront.closest_hit[parity], Size::Paths),
                 Stage::new(&shade[parity], Size::Paths),
@@ -107,7 +111,8 @@ impl Pretrace {
             bounce.extend(wavefront.test_connections.iter().cloned());
             bounce.push(Stage::new(&wavefront.advance, Size::Count(1)));
             bounce
-        });
+        };
+        self.bounces = [bounce(0), bounce(1)].into();
         Ok(())
     }
 
@@ -117,14 +122,17 @@ impl Pretrace {
         context: &Context,
         wavefront: &mut Wavefront,
         batch: &Batch,
+        connections: &Connections,
         set: &mut TrainingSet,
     ) -> Result<(), DeviceError> {
         loop {
             self.records.clear(context, wavefront)?;
             let first_rays = wavefront.camera_rays.clone();
             let encoder = wavefront.start(context, batch, &first_rays)?;
-            wavefront.bounce(context, encoder, &self.bounce, batch.max_depth)?;
-            let Some(needed) = self.records.take(context, wavefront, batch, &[], set)? else { return Ok(()) };
+            wavefront.bounce(context, encoder, &self.bounces, batch.max_depth)?;
+            let Some(needed) = self.records.take(context, wavefront, batch, &[], connections, set)? else {
+                return Ok(());
+            };
             // Once more with room for all.
             self.records = Records::new(context, wavefront, needed)?;
             self.bind(context, wavefront)?;

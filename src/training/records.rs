@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::device::layout::{Batch, LightFeature, TrainingEnd, TrainingVertex};
 use crate::device::{Context, DeviceError, Kernel};
-use crate::subspace::{Feature, LightEnd, LightSample, TrainingNode, TrainingPath, TrainingSet};
+use crate::subspace::{Connections, Feature, LightEnd, LightSample, TrainingNode, TrainingPath, TrainingSet};
 
 use crate::integrator::wavefront::{Size, Stage, Wavefront};
 
@@ -34,14 +34,15 @@ impl Records {
         Ok(())
     }
 
-    /// Adds the paths that found light to the set; `lights`: the light cache, where they end in it. How much room would
-    /// have been needed, where not all fitted: then nothing is added.
+    /// Adds the paths that found light to the set; `lights`: the light cache, where they end in it; `connections`: of the
+    /// render to come. How much room would have been needed, where not all fitted: then nothing is added.
     pub fn take(
         &self,
         context: &Context,
         wavefront: &Wavefront,
         batch: &Batch,
         lights: &[LightFeature],
+        connections: &Connections,
         set: &mut TrainingSet,
     ) -> Result<Option<u32>, DeviceError> {
         let counts: [u32; 2] =
@@ -54,7 +55,7 @@ impl Records {
             wavefront.buffers.read_elements(context, "training_vertices", counts[0])?;
         let ends: Vec<TrainingEnd> = wavefront.buffers.read_elements(context, "training_ends", counts[1])?;
         let visible: Vec<[f32; 4]> = wavefront.buffers.read_elements(context, "radiance", counts[1])?;
-        gather(batch, &vertices, ends, &visible, lights, set);
+        gather(batch, &vertices, ends, &visible, lights, connections, set);
         Ok(None)
     }
 }
@@ -99,6 +100,7 @@ fn gather(
     ends: Vec<TrainingEnd>,
     visible: &[[f32; 4]],
     lights: &[LightFeature],
+    connections: &Connections,
     set: &mut TrainingSet,
 ) {
     // The vertices of a path have all depths from 0 on, each once.
@@ -128,15 +130,16 @@ fn gather(
         let last = first + (end.depth_sampled & 0xffff) as usize;
         nodes.clear();
         let path = &vertices[first..=last];
-        eye_side(path, end, lights, &mut nodes);
+        eye_side(path, end, lights, connections, &mut nodes);
         let p0 = match end.vertex {
             NO_LIGHT_VERTEX => end.p0,
-            vertex => light_side(end, vertex as usize, lights, &mut nodes),
+            vertex => light_side(end, vertex as usize, lights, connections, &mut nodes),
         };
         let pixel = batch.first_pixel + end.path % batch.pixel_count;
         let x = batch.crop_x + batch.crop_stride * (pixel % batch.crop_width);
         let y = batch.crop_y + batch.crop_stride * (pixel / batch.crop_width);
-        let path = TrainingPath { tile: set.tile_of(x, y), contribution: end.contribution, p0 };
+        let (tile, p0) = (set.tile_of(x, y), p0 * connections.hit_scale());
+        let path = TrainingPath { tile, contribution: end.contribution, share: end.share, p0 };
         // Paths that share their eye's part tell much the same.
         let group = batch.first_sample.wrapping_mul(0x9e37_79b9).wrapping_add(batch.first_pixel + end.path);
         set.push_path(group, path, &nodes);
@@ -149,6 +152,7 @@ fn eye_side(
     vertices: &[TrainingVertex],
     end: &TrainingEnd,
     lights: &[LightFeature],
+    connections: &Connections,
     nodes: &mut Vec<TrainingNode>,
 ) {
     let color = |c: [f32; 3]| Vec3::from(c).as_dvec3();
@@ -169,7 +173,8 @@ fn eye_side(
                     None => LightEnd::Source { light: end.light, at: end.at },
                 },
             };
-            nodes.push(TrainingNode { eye: feature(vertex), light, mass: arriving.element_sum() as f32 });
+            let mass = arriving.element_sum() as f32 * connections.scale_at(j);
+            nodes.push(TrainingNode { eye: feature(vertex), light, mass });
         }
         // x_{j+1} scatters the light on to x_j.
         let (f, geometry) = match next {
@@ -183,7 +188,13 @@ fn eye_side(
 
 /// The connections further along the light's sub-path, whose last vertex has the place `last` in the cache; returns
 /// PE(n) / p.
-fn light_side(end: &TrainingEnd, last: usize, lights: &[LightFeature], nodes: &mut Vec<TrainingNode>) -> f32 {
+fn light_side(
+    end: &TrainingEnd,
+    last: usize,
+    lights: &[LightFeature],
+    connections: &Connections,
+    nodes: &mut Vec<TrainingNode>,
+) -> f32 {
     let Some(y) = lights.get(last) else { return 0.0 };
     let inv_density = f64::from(end.emitted.iter().sum::<f32>()) / f64::from(y.weight);
     // What the eye's side would sample, over what the light's side did: of all vertices from `last` to the one at hand.
@@ -191,12 +202,14 @@ fn light_side(end: &TrainingEnd, last: usize, lights: &[LightFeature], nodes: &m
     let mut direction = -Vec3::from(end.direction);
     let mut pdf_back = end.pdf_back;
     let first = last - y.depth as usize;
+    let mut depth = (end.depth_sampled & 0xffff) as usize;
     for at in (first + 1..=last).rev() {
         let (vertex, before) = (&lights[at], &lights[at - 1]);
         let position = Vec3::from(vertex.position);
+        depth += 1;
         if vertex.weight > 0.0 && before.weight > 0.0 {
             let eye = Feature { position, normal: vertex.normal.into(), direction };
-            let mass = (ratio * inv_density * f64::from(before.weight)) as f32;
+            let mass = (ratio * inv_density * f64::from(before.weight)) as f32 * connections.scale_at(depth);
             nodes.push(TrainingNode { eye, light: light_end(before), mass });
         }
         ratio *= f64::from(pdf_back) / f64::from(before.pdf_area);

@@ -11,7 +11,7 @@ use crate::device::scene::DeviceScene;
 use crate::integrator::{Choice, Settings, Wavefront};
 use crate::math::rng::seed_key;
 use crate::subspace::settings::MOST_FOLLOWED;
-use crate::subspace::{self, LightSample, Model, TrainingInput, TrainingSet};
+use crate::subspace::{self, Connections, LightSample, Model, TrainingInput, TrainingSet};
 
 /// Light paths for Q. Five times as many lower the error of a picture by less than a hundredth.
 pub(super) const LIGHT_PATHS: u32 = 200_000;
@@ -99,7 +99,7 @@ impl TrainingTask {
     }
 
     /// Connections of an eye vertex in the render to come.
-    pub(super) fn connections(&self) -> u32 {
+    pub(super) fn connections(&self) -> Connections {
         self.settings.method.plan().connections
     }
 

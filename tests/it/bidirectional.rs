@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use glam::{DVec3, Vec3};
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, Strategy, View};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, Strategy, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Material, Mesh, PunctualLight, Scene};
@@ -20,7 +20,11 @@ const BDPT_T1: Method = Method::Bdpt(Bdpt { light_tracing: true });
 const LIGHT: Method = Method::Light(LightTracing { light_paths: None });
 
 fn lvcbpt(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
-    Method::LvcBpt(LvcBpt { light_paths: Some(light_paths), connections, light_tracing })
+    Method::LvcBpt(LvcBpt {
+        light_paths: Some(light_paths),
+        connections: Connections::even(connections),
+        light_tracing,
+    })
 }
 
 fn shown(name: &str) -> Scene {

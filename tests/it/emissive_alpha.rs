@@ -1,7 +1,7 @@
 //! Emitters that are there in part: light that is met by chance and light that is drawn agree on how much of them shines.
 
 use glam::{Affine2, DVec3, Vec3};
-use halfway::integrator::{Bdpt, LvcBpt, Method, Strategy, View};
+use halfway::integrator::{Bdpt, Connections, LvcBpt, Method, Strategy, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::shapes;
 use halfway::scene::{AlphaMode, Filter, Image, Material, Scene, Texture, TextureRef, Wrap};
@@ -13,7 +13,8 @@ use crate::shots::options;
 use crate::stats::Moments;
 
 const BDPT_T1: Method = Method::Bdpt(Bdpt { light_tracing: true });
-const LVCBPT: Method = Method::LvcBpt(LvcBpt { light_paths: Some(600), connections: 2, light_tracing: true });
+const LVCBPT: Method =
+    Method::LvcBpt(LvcBpt { light_paths: Some(600), connections: Connections::even(2), light_tracing: true });
 
 /// A square lamp above a point of the floor, always with a texture: one set of kernels for all.
 fn lamp_of(alpha_mode: AlphaMode, alpha: f32, opacities: [u8; 2]) -> Scene {

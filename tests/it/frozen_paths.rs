@@ -20,7 +20,15 @@ use crate::reference::path_space::{FullPath, LightEnd, PathSpace, SurfaceVertex,
 pub const VERTICES: usize = 8;
 pub const RESOLUTION: [u32; 2] = [32, 32];
 pub const LIGHT_PATHS: f32 = 700.0;
-const CONNECTION_DENSITY: f32 = 0.4;
+/// Any factors on the densities of connections, by the number of the eye vertex, and on that of light that is hit. Light
+/// paths that reach the camera know one factor for the second vertex and all that follow.
+const DENSITY_SCALES: [f32; 3] = [2.3, 0.4, 0.9];
+pub const HIT_SCALE: f32 = 3.0;
+
+/// The factor of connecting x_i.
+pub fn density_scale(i: usize, light_paths: f32) -> f32 {
+    DENSITY_SCALES[if light_paths > 0.0 && i > 1 { 2 } else { (i - 1).min(2) }]
+}
 
 const KERNEL: &str = include_str!("frozen_paths.wgsl");
 
@@ -148,25 +156,21 @@ impl<'a> Bench<'a> {
     }
 
     /// What the kernel, in a form of it, finds for each path, with light tracing by so many light paths. `subspaces`:
-    /// connections by them, their number and that of connections; their buffers are there.
+    /// connections by so many; their buffers are there.
     pub fn kernel_finds(
         &mut self,
         frozen: &[Frozen],
         light_paths: f32,
         form: &[Feature],
-        subspaces: Option<(u32, u32)>,
+        subspaces: Option<u32>,
     ) -> Vec<Found> {
         let context = gpu::context();
         let mut features = self.device.kernel_features();
         features.insert(Feature::Bidirectional);
         features.extend(form.iter().copied());
-        let mut constants = self.device.constants.clone();
-        // Of connections by subspaces the batch knows nothing.
-        let mut connection_density = CONNECTION_DENSITY;
-        if let Some((_, connections)) = subspaces {
+        let constants = self.device.constants.clone();
+        if subspaces.is_some() {
             features.insert(Feature::Subspaces);
-            constants.push(("CONNECTIONS_IN_FLIGHT", f64::from(connections)));
-            connection_density = 0.0;
         }
         let stitched = stitch_text("frozen paths", KERNEL, features).expect("directives");
         let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &constants).expect("a kernel");
@@ -179,9 +183,10 @@ impl<'a> Bench<'a> {
             crop_height: RESOLUTION[1],
             crop_stride: 1,
             light_path_count: 1,
-            connection_density,
+            hit_scale: HIT_SCALE,
+            density_scales: [1, 2, 3].map(|i| density_scale(i, light_paths)),
             camera_paths: light_paths,
-            subspaces: subspaces.map_or(0, |(count, _)| count),
+            subspaces: subspaces.unwrap_or(0),
             ..Batch::default()
         };
         buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
@@ -219,13 +224,16 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
     let mut bench = Bench::new(scene);
     let paths = find_paths(scene, samples);
     let frozen: Vec<Frozen> = paths.iter().map(|path| bench.freeze(path)).collect();
-    for form in forms(scene) {
-        let found = bench.kernel_finds(&frozen, LIGHT_PATHS, form, None);
+    for (form, light_paths) in forms(scene).iter().flat_map(|form| [(form, 0.0), (form, LIGHT_PATHS)]) {
+        let found = bench.kernel_finds(&frozen, light_paths, form, None);
         let expected = |index: usize| {
-            let density = |_: usize, _: &FullPath| f64::from(CONNECTION_DENSITY);
-            weights(&bench.space.strategies(&paths[index], density, f64::from(LIGHT_PATHS)))
+            let density = |i: usize, _: &FullPath| f64::from(density_scale(i, light_paths));
+            let strategies =
+                bench.space.strategies(&paths[index], density, f64::from(HIT_SCALE), f64::from(light_paths));
+            weights(&strategies)
         };
-        assert_same_weights(&format!("{} {form:?}", scene.name), &paths, &found, expected, may_differ);
+        let name = format!("{} {form:?}, {light_paths} light paths", scene.name);
+        assert_same_weights(&name, &paths, &found, expected, may_differ);
     }
 }
 

@@ -1,6 +1,7 @@
 // Walks a path from both ends, as the kernels do but along given directions, and notes the weight of each strategy.
 
 #import bind/accel
+#import lib/connections
 #import lib/light_vertex
 #import lib/medium
 #import lib/strategies
@@ -35,12 +36,14 @@ fn is_delta(point: SurfacePoint) -> bool {
 
 /// Where a ray starts is off the surface by a little, so its direction is too, most of all on short edges: weights must
 /// follow from the positions alone.
-fn turned_vertex(point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath) -> PathVertex {
+fn turned_vertex(
+    point: SurfacePoint, direction: vec3f, pdf_solid: f32, previous: SubPath, scale: f32,
+) -> PathVertex {
     var turned = direction;
     if (previous.flags & SUBPATH_INFINITE) == 0u {
         turned = normalize(direction + 0x1p-7 * point.world_ng.yzx);
     }
-    return path_vertex(point, turned, pdf_solid, previous);
+    return path_vertex(point, turned, pdf_solid, previous, scale);
 }
 
 fn step_along(point: SurfacePoint, vertex: PathVertex, direction: vec3f, from_eye: bool) -> Step {
@@ -86,6 +89,15 @@ fn direction_from(path: u32, i: u32) -> vec3f {
     return normalize(point_at(path, i + 1u).position - point_at(path, i).position);
 }
 
+/// The same, of a vertex at `depth`.
+fn at_depth(partials: EyePartials, depth: u32) -> EyePartials {
+#if subspaces
+    return EyePartials(partials.mis, partials.labels, depth);
+#else
+    return depth;
+#endif
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let path = id.x;
@@ -101,7 +113,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var light_side: array<LightVertex, 9>;
     let infinite = kind == LIGHT_ENVIRONMENT || kind == LIGHT_DIRECTIONAL;
     let is_triangle = kind == LIGHT_TRIANGLE;
-    let ratio = select(0.0, 1.0, is_triangle || kind == LIGHT_ENVIRONMENT);
+    let ratio = select(0.0, batch.hit_scale, is_triangle || kind == LIGHT_ENVIRONMENT);
     let towards_light = direction_from(path, n - 1u);
     var position: vec3f;
     var normal: vec3f;
@@ -162,7 +174,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let point = point_at(path, i);
         points[path * 16u + 2u * (i - 1u)] = vec4f(point.position, 0.0);
         points[path * 16u + 2u * (i - 1u) + 1u] = vec4f(point.world_ng, 0.0);
-        var vertex = turned_vertex(point, direction, pdf_solid, previous);
+        var vertex = turned_vertex(point, direction, pdf_solid, previous, density_scale(DEEP));
         let crossed = select(distance(point.position, previous.position), 0.0, infinite && i == n - 1u);
         throughput *= transmittance(medium_between(medium, point, vertex.world_from), crossed);
         // Before x_1 the camera, which only t = 1 sees.
@@ -177,7 +189,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         light_side[i] = cached_with_edge(cached, mis);
         if i == 1u {
             if batch.camera_paths > 0.0 && !is_delta(point) {
-                weights[first + 1u] = connect_camera(point, vertex, camera_view(point.position)).weight;
+                var seen = vertex;
+                seen.edge *= scale_from_deep(0u);
+                weights[first + 1u] = connect_camera(point, seen, camera_view(point.position)).weight;
             }
         } else {
             direction = -direction_from(path, i - 1u);
@@ -201,7 +215,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var medium_before = 0u;
     for (var i = 1u; i < n; i++) {
         let point = point_at(path, i);
-        let vertex = turned_vertex(point, direction, pdf_solid, previous);
+        partials = at_depth(partials, i - 1u);
+        let vertex = turned_vertex(point, direction, pdf_solid, previous, density_scale(i - 2u));
         let medium_here = medium_between(medium_before, point, vertex.world_from);
         let through = transmittance(medium_here, distance(point.position, previous.position));
         partials = absorb(partials, through);
@@ -229,10 +244,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         pdf_solid = step.pdf_solid;
         previous = step.next;
     }
+    partials = at_depth(partials, n - 1u);
 #if area_lights
     if is_triangle {
         let point = point_at(path, n);
-        let vertex = turned_vertex(point, direction, pdf_solid, previous);
+        let vertex = turned_vertex(point, direction, pdf_solid, previous, density_scale(n - 2u));
         let medium_here = medium_between(medium_before, point, vertex.world_from);
         let through = transmittance(medium_here, distance(point.position, previous.position));
         partials = absorb(partials, through);

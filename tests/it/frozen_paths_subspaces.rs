@@ -9,19 +9,22 @@ use halfway::math::equal_area::sphere_to_square;
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{AlphaMode, LightKind, Material, Scene};
 use halfway::subspace::tree::Growth;
-use halfway::subspace::{Feature, LightEnd, Model, Settings, SourceLabels, TrainingReport, Tree};
+use halfway::subspace::{
+    Connections, Feature, LightEnd, Model, Settings, SourceLabels, TrainingReport, Tree,
+};
 
 use crate::bidirectional::double_sided_lamp;
-use crate::frozen_paths::{Bench, Found, Frozen, LIGHT_PATHS, assert_same_weights, find_paths, forms};
+use crate::frozen_paths::{
+    Bench, Found, Frozen, HIT_SCALE, LIGHT_PATHS, assert_same_weights, density_scale, find_paths, forms,
+};
 use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
 use crate::random::Stream;
 use crate::reference::path_space::{FullPath, LightEnd as JudgesEnd, weights};
 
-/// Subspaces a side, those of them that points on lights share, connections of an eye vertex.
+/// Subspaces a side, and those of them that points on lights share.
 const SUBSPACES: u32 = 24;
 const SOURCE_SUBSPACES: u32 = 9;
-const CONNECTIONS: u32 = 2;
 
 /// Where a path's vertices are, as far as their labels depend on it.
 struct Seen<'a> {
@@ -139,7 +142,7 @@ fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, rando
     let q = (0..k).map(|_| 100f32.powf(random.f32() - 1.0)).collect();
     Model {
         scene_hash: 0,
-        connections: CONNECTIONS,
+        connections: Connections::even(1),
         seed: 0,
         settings: Settings::default(),
         subspaces: SUBSPACES,
@@ -177,7 +180,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     let blank = random_model(&[], bench.lights.len(), false, &mut Stream::new(0));
     upload(&mut bench, &blank);
     let forms = if direction { &[&[device::Feature::SubspaceDirections][..]] } else { forms(scene) };
-    let subspaces = Some((SUBSPACES, CONNECTIONS));
+    let subspaces = Some(SUBSPACES);
     let mut found = bench.kernel_finds(&frozen, 0.0, forms[0], subspaces);
     // Edges along a face are the judge's own rounding.
     let keep: Vec<bool> = (0..paths.len())
@@ -219,9 +222,10 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
                     ln_w += 2.0 * unit.ln();
                 }
                 let share = f64::from(pdf[(row * SUBSPACES + column) as usize]);
-                f64::from(CONNECTIONS) * share / f64::from(model.q[column as usize]) * ln_w.exp()
+                let scale = f64::from(density_scale(i, light_paths));
+                scale * share / f64::from(model.q[column as usize]) * ln_w.exp()
             };
-            weights(&densities.strategies(density, f64::from(light_paths)))
+            weights(&densities.strategies(density, f64::from(HIT_SCALE), f64::from(light_paths)))
         };
         let name = format!("{} {form:?}, {light_paths} light paths", scene.name);
         assert_same_weights(&name, &paths, &found, expected, may_differ);

@@ -248,7 +248,7 @@ fn weights_sum_to_one() {
         assert!(paths.len() > 200, "{name}: only {} paths", paths.len());
         for path in &paths {
             let n = path.edges();
-            let strategies = space.strategies(path, |edge, _| 0.5 + edge as f64, 256.0);
+            let strategies = space.strategies(path, |edge, _| 0.5 + edge as f64, 2.0, 256.0);
             assert_eq!(strategies.len(), n + 1);
             assert!(strategies.iter().all(|strategy| strategy.s + strategy.t == n + 1));
             let weights = weights(&strategies);
@@ -304,7 +304,7 @@ fn long_paths_of_any_size() {
         let end = LightEnd::Emitter(vertices.next().expect("the last vertex"));
         let camera = scene.cameras[0].position;
         let path = reference::path_space::FullPath { camera, surfaces, end };
-        let strategies = space.strategies(&path, |_, _| 1.0, 64.0);
+        let strategies = space.strategies(&path, |_, _| 1.0, 1.0, 64.0);
         let weights = weights(&strategies);
         assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{weights:?}");
         // f/p of the path tracer's own strategy has no unit.
@@ -346,7 +346,7 @@ fn a_path_by_hand() {
     };
     close("f", space.contribution(&path).over(0.0).y, 0.5 * lambert);
     // Albedo 0.5 survives half of the time; two plates of area 1 share the light paths.
-    let strategies = space.strategies(&path, |_, _| 3.0, 7.0);
+    let strategies = space.strategies(&path, |_, _| 3.0, 1.0, 7.0);
     let expected = [7.0 * 0.5 * lambert, 3.0 * 0.5, 0.5 * lambert];
     for (strategy, expected) in strategies.iter().zip(expected) {
         close("p", strategy.ln_pdf.exp(), expected);

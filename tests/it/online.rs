@@ -2,7 +2,7 @@
 //! there (C-09).
 
 use halfway::film::Picture;
-use halfway::integrator::{Method, SpcBpt, View};
+use halfway::integrator::{Connections, Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer, Report};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -20,7 +20,8 @@ fn renderer(scene: &Scene, seed: u64) -> Renderer {
     let settings = Settings::default();
     let training =
         Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_rounds(ROUNDS);
-    let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false });
+    let method =
+        Method::SpcBpt(SpcBpt { light_paths: None, connections: Connections::even(2), light_tracing: false });
     let options =
         RenderOptions { view: View { seed, ..options(SIZE, 8).view }, method, training, ..options(SIZE, 8) };
     Renderer::new(gpu::context(), scene, options).expect("a renderer")

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use halfway::device::layout::SAMPLES_A_GROUP;
 use halfway::film::{Region, metric};
-use halfway::integrator::{LvcBpt, Method, View};
+use halfway::integrator::{Connections, LvcBpt, Method, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::builtin;
 use halfway::scene::builtin::shapes::{looking_at, quad};
@@ -74,7 +74,11 @@ fn claimed_over_true(method: Method, samples: u32) -> f64 {
 /// independent it would be a fifth too large for the path tracer.
 #[test]
 fn variance_is_calibrated() {
-    let lvc = Method::LvcBpt(LvcBpt { light_paths: Some(64), connections: 2, light_tracing: false });
+    let lvc = Method::LvcBpt(LvcBpt {
+        light_paths: Some(64),
+        connections: Connections::even(2),
+        light_tracing: false,
+    });
     for (method, samples) in [(Method::Path, 32), (lvc, 32)] {
         let ratio = claimed_over_true(method, samples);
         println!("{} {samples}: {ratio:.3}", method.name());
@@ -130,7 +134,11 @@ fn estimated_error_is_near_the_true_one() {
             let estimate = renderer.report().expect("a report").estimated_error.expect("two groups");
             (renderer.picture().expect("a picture"), estimate)
         };
-        let lvc = Method::LvcBpt(LvcBpt { light_paths: None, connections: 4, light_tracing: false });
+        let lvc = Method::LvcBpt(LvcBpt {
+            light_paths: None,
+            connections: Connections::even(4),
+            light_tracing: false,
+        });
         let (truth, rest) = render(lvc, 512, 1);
         let (picture, estimate) = render(Method::Path, samples, 2);
         let error = metric::errors(&picture, &truth).expect("one size").mape;

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use halfway::film::Picture;
 use halfway::film::metric::{self, Comparison};
 use halfway::film::tonemap::ViewTransform;
-use halfway::integrator::{Bdpt, DEFAULT_CONNECTIONS, LvcBpt, Method, SpcBpt};
+use halfway::integrator::{Bdpt, LvcBpt, Method, SpcBpt};
 use halfway::render::RenderOptions;
 use halfway::scene::Scene;
 use halfway::scene::gltf::{LoadOptions, load};
@@ -138,12 +138,12 @@ fn quick_training() -> Training {
 
 const SPCBPT: Method = Method::SpcBpt(SpcBpt {
     light_paths: Some(4000),
-    connections: DEFAULT_CONNECTIONS,
+    connections: SpcBpt::CONNECTIONS,
     light_tracing: false,
 });
 const BDPT: Method = Method::Bdpt(Bdpt { light_tracing: false });
 const LVCBPT: Method =
-    Method::LvcBpt(LvcBpt { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false });
+    Method::LvcBpt(LvcBpt { light_paths: None, connections: LvcBpt::CONNECTIONS, light_tracing: false });
 
 fn assert_cornell(comparison: &Comparison) {
     assert!((comparison.mean.ratio - 1.0).abs() < 0.01, "{:?}", comparison.mean);

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halfway::integrator::{Method, SpcBpt, View};
+use halfway::integrator::{Connections, Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -17,7 +17,11 @@ use crate::shots::options;
 use crate::stats::{FAMILY_ALPHA, Moments, assert_equal_tiles, tile_means, welch_p};
 
 fn method(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
-    Method::SpcBpt(SpcBpt { light_paths: Some(light_paths), connections, light_tracing })
+    Method::SpcBpt(SpcBpt {
+        light_paths: Some(light_paths),
+        connections: Connections::even(connections),
+        light_tracing,
+    })
 }
 
 fn spcbpt(method: Method, samples: u32, model: Option<Arc<Model>>) -> RenderOptions {
@@ -153,7 +157,11 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
         .map(|seed| {
             let settings = Settings::default();
             let training = Training { settings, ..Training::default() };
-            let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: 2, light_tracing: false });
+            let method = Method::SpcBpt(SpcBpt {
+                light_paths: None,
+                connections: Connections::even(2),
+                light_tracing: false,
+            });
             // The seed of a renderer is that of its learning; restarted, it renders with the same one.
             let options = RenderOptions {
                 view: View { seed, ..options(SIZE, 32).view },

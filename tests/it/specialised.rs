@@ -3,7 +3,7 @@
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use halfway::device::Feature;
-use halfway::integrator::{LvcBpt, METHODS, Method, SpcBpt, View};
+use halfway::integrator::{Connections, LvcBpt, METHODS, Method, SpcBpt, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
 use halfway::scene::{
@@ -76,7 +76,11 @@ fn s01_general_kernels_make_the_same_picture() {
 /// which take minutes to compile into every kernel, are forced on one scene only.
 #[test]
 fn s01_general_bidirectional_kernels_make_the_same_picture() {
-    let method = Method::LvcBpt(LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true });
+    let method = Method::LvcBpt(LvcBpt {
+        light_paths: Some(100),
+        connections: Connections::even(2),
+        light_tracing: true,
+    });
     // Everything but microfacets and glass, whose kernels take minutes to compile on a software device.
     for name in ["cornell", "bumpy-plane"] {
         let scene = builtin(name).expect("a built-in scene");
@@ -111,11 +115,29 @@ fn s01_general_bidirectional_kernels_make_the_same_picture() {
 #[test]
 fn s01_lambert_vertices_make_the_same_picture() {
     for (name, method) in [
-        ("cornell", Method::SpcBpt(SpcBpt { light_paths: Some(100), connections: 2, light_tracing: true })),
-        ("door", Method::SpcBpt(SpcBpt { light_paths: Some(100), connections: 2, light_tracing: false })),
+        (
+            "cornell",
+            Method::SpcBpt(SpcBpt {
+                light_paths: Some(100),
+                connections: Connections::even(2),
+                light_tracing: true,
+            }),
+        ),
+        (
+            "door",
+            Method::SpcBpt(SpcBpt {
+                light_paths: Some(100),
+                connections: Connections::even(2),
+                light_tracing: false,
+            }),
+        ),
         (
             "three-lights",
-            Method::LvcBpt(LvcBpt { light_paths: Some(100), connections: 2, light_tracing: true }),
+            Method::LvcBpt(LvcBpt {
+                light_paths: Some(100),
+                connections: Connections::even(2),
+                light_tracing: true,
+            }),
         ),
     ] {
         let scene = builtin(name).expect("a built-in scene");

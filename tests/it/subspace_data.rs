@@ -3,8 +3,8 @@
 use glam::Vec3;
 use halfway::device::scene::{LightSourceInfo, SourceKind};
 use halfway::subspace::{
-    Feature, LightEnd, LightSample, Settings, SubspaceError, TrainingInput, TrainingNode, TrainingPath,
-    TrainingSet,
+    Connections, Feature, LightEnd, LightSample, Settings, SubspaceError, TrainingInput, TrainingNode,
+    TrainingPath, TrainingSet,
 };
 
 use crate::random::Stream;
@@ -30,7 +30,7 @@ impl Data {
             light_paths: self.light_paths,
             lights: &self.lights,
             scene_hash: 7,
-            connections: 3,
+            connections: Connections::even(3),
             seed: 0,
         };
         halfway::subspace::train(&input, settings.clone())
@@ -106,7 +106,8 @@ pub fn data(paths: usize, seed: u64) -> Data {
         let p0 = if stream.f32() < 0.3 { 0.0 } else { stream.f32() };
         let contribution = 0.1 + stream.f32() * stream.f32();
         path_lengths.push(nodes.len());
-        set.push_path(set.paths().len() as u32, TrainingPath { tile, contribution, p0 }, &nodes);
+        let path = TrainingPath { tile, contribution, share: 1.0, p0 };
+        set.push_path(set.paths().len() as u32, path, &nodes);
     }
     let light_samples = (0..paths / 2)
         .map(|_| LightSample { end: light_end(&mut stream, None, lights.len() as u32), weight: stream.f32() })

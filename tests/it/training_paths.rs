@@ -3,7 +3,7 @@
 use halfway::accel::Accel;
 use halfway::device::layout::Camera;
 use halfway::device::scene::DeviceScene;
-use halfway::integrator::{DEFAULT_ROULETTE_CAP, Method, Settings, SpcBpt, View};
+use halfway::integrator::{Connections, DEFAULT_ROULETTE_CAP, Method, Settings, SpcBpt, View};
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace;
@@ -23,7 +23,11 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     let device = DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
     let [width, height] = [48, 48];
     let camera = Camera::new(&device.unit, &scene.cameras[0], width, height);
-    let method = Method::SpcBpt(SpcBpt { light_paths: None, connections: CONNECTIONS, light_tracing: false });
+    let method = Method::SpcBpt(SpcBpt {
+        light_paths: None,
+        connections: Connections::even(CONNECTIONS),
+        light_tracing: false,
+    });
     let settings = Settings {
         view: View { roulette_cap, seed: 3, ..View::sized(width, height) },
         method,

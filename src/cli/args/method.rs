@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use super::InputError;
 use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{DEFAULT_CONNECTIONS, Descriptor, MAX_CONNECTIONS, METHODS, Method};
+use crate::integrator::{Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method};
 use crate::subspace::{Model, Optimiser, Settings, SubspaceError};
 use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
 
@@ -52,10 +52,8 @@ pub struct MethodArgs {
           help = format!("Light paths for each sample of the whole picture; a few samples may share theirs ({}; default: a \
                           quarter of the number of pixels, light as many as pixels)", names_of(Setting::LightPaths)))]
     light_paths: Option<u32>,
-    #[arg(long, value_name = "N",
-          help = format!("Connections of each vertex of an eye path to the light vertex cache, 1 to {MAX_CONNECTIONS} \
-                          ({}; default: {DEFAULT_CONNECTIONS})", names_of(Setting::Connections)))]
-    connections: Option<u32>,
+    #[command(flatten)]
+    connections: ConnectionArgs,
     #[arg(long, help = format!("Connect light paths to the camera as well ({}): finds caustics",
                                names_of(Setting::LightTracing)))]
     light_tracing: bool,
@@ -69,6 +67,58 @@ pub struct MethodArgs {
     quality: Quality,
     #[command(flatten)]
     learning: LearnArgs,
+}
+
+/// How many connections there are, and how far weights trust them.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct ConnectionArgs {
+    #[arg(long, value_name = "N1,N2,N3", value_parser = parse_counts,
+          help = format!("Connections of each vertex of an eye path to the light vertex cache, 1 to {MAX_CONNECTIONS}: of the \
+                          first vertex, of the second, of all that follow, or one number for all. In lists of benchmarks \
+                          with / in between ({}; default: {})", names_of(Setting::Connections), default_counts()))]
+    pub connections: Option<[u32; 3]>,
+    #[arg(long, value_name = "B1,B2,B3,H", value_parser = parse_shares,
+          help = format!("How far weights trust these connections, and light that is hit, beside what the balance heuristic \
+                          does: factors on their densities. Pictures are unbiased with any. For research ({}; default: \
+                          {})", names_of(Setting::Connections), default_shares()))]
+    pub shares: Option<[f32; 4]>,
+}
+
+/// `lvcbpt 3, spcbpt 9,2,1`: the default of each method that has connections.
+fn defaults(text: impl Fn(&Connections) -> String) -> String {
+    let methods = METHODS.iter().filter(|method| method.takes(Setting::Connections));
+    let each = methods
+        .map(|method| format!("{} {}", method.name, text(&method.default_method().plan().connections)));
+    each.collect::<Vec<_>>().join("; ")
+}
+
+fn default_counts() -> String {
+    defaults(Connections::counts_text)
+}
+
+fn default_shares() -> String {
+    defaults(Connections::shares_text)
+}
+
+/// Numbers with commas or slashes in between.
+fn numbers<T: std::str::FromStr>(text: &str) -> Option<Vec<T>> {
+    text.split([',', '/']).map(|number| number.trim().parse().ok()).collect()
+}
+
+fn parse_counts(text: &str) -> Result<[u32; 3], String> {
+    let counts: Option<Vec<u32>> = numbers(text);
+    let range = 1..=MAX_CONNECTIONS;
+    match counts.filter(|counts| counts.len() <= 3 && counts.iter().all(|count| range.contains(count))) {
+        Some(counts) => Ok(std::array::from_fn(|vertex| counts[vertex.min(counts.len() - 1)])),
+        None => Err(format!("takes one to three numbers from 1 to {MAX_CONNECTIONS}, such as 9,2,1")),
+    }
+}
+
+fn parse_shares(text: &str) -> Result<[f32; 4], String> {
+    let shares: Option<Vec<f32>> = numbers(text);
+    let shares = shares.filter(|shares| shares.iter().all(|share| (1e-3..=1e3).contains(share)));
+    let shares = shares.and_then(|shares| shares.try_into().ok());
+    shares.ok_or_else(|| "takes four numbers from .001 to 1000, such as 3,2,1,4".to_owned())
 }
 
 /// Where `--help` lists these.
@@ -102,6 +152,10 @@ pub struct LearnArgs {
     /// were held out).
     #[arg(long, value_name = "SHARE", help_heading = LEARNING)]
     smoothing: Option<f64>,
+    #[arg(long, value_name = "STEPS", help_heading = LEARNING,
+          help = format!("Steps that move the centres of the subspaces to the middle of what is nearest to them, up to 100 \
+                          (default: {})", Settings::default().lloyd_steps))]
+    lloyd_steps: Option<u32>,
     #[arg(long, value_name = "LEVELS", help_heading = LEARNING,
           help = format!("Most levels of the classification trees (default: {})", Settings::default().tree_depth))]
     tree_depth: Option<u32>,
@@ -122,6 +176,7 @@ impl LearnArgs {
             (self.optimiser.is_some(), "--optimiser"),
             (self.uniform_share.is_some(), "--uniform-share"),
             (self.smoothing.is_some(), "--smoothing"),
+            (self.lloyd_steps.is_some(), "--lloyd-steps"),
             (self.tree_depth.is_some(), "--tree-depth"),
             (self.direction_weight.is_some(), "--direction-weight"),
         ];
@@ -139,6 +194,7 @@ impl LearnArgs {
             optimiser: self.optimiser.unwrap_or(default.optimiser),
             uniform_share: self.uniform_share.unwrap_or(default.uniform_share),
             smoothing: self.smoothing.or(default.smoothing),
+            lloyd_steps: self.lloyd_steps.unwrap_or(default.lloyd_steps),
             tree_depth: self.tree_depth.unwrap_or(default.tree_depth),
             direction_weight: self.direction_weight.unwrap_or(default.direction_weight),
             ..default
@@ -197,21 +253,20 @@ impl MethodArgs {
     pub fn method(&self) -> Result<Method, InputError> {
         let given = Given {
             light_paths: self.light_paths,
-            connections: self.connections,
+            connections: self.connections.connections,
+            shares: self.connections.shares,
             light_tracing: self.light_tracing,
         };
         for (flag, setting, is_given) in [
             ("--light-paths", Setting::LightPaths, given.light_paths.is_some()),
             ("--connections", Setting::Connections, given.connections.is_some()),
+            ("--shares", Setting::Connections, given.shares.is_some()),
             ("--light-tracing", Setting::LightTracing, given.light_tracing),
         ] {
             self.refuse(flag, setting, is_given)?;
         }
         if given.light_paths == Some(0) {
             return Err(InputError::Usage("--light-paths takes at least 1 light path per sample".into()));
-        }
-        if given.connections.is_some_and(|connections| !(1..=MAX_CONNECTIONS).contains(&connections)) {
-            return Err(InputError::Usage(format!("--connections takes 1 to {MAX_CONNECTIONS}")));
         }
         Ok((self.integrator.make)(&given))
     }
@@ -266,7 +321,7 @@ impl ModelArgs {
         if model.connections != plan.connections {
             // No error: unbiased all the same, only not the least noise.
             log::info!(
-                "the model was trained for {} connections, this render has {}",
+                "the model was trained for {}, this render has {}",
                 model.connections,
                 plan.connections
             );

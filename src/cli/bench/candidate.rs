@@ -96,7 +96,7 @@ pub fn parse_integrators(list: &str) -> Result<Vec<Candidate>, InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::{Bdpt, LightTracing, LvcBpt};
+    use crate::integrator::{Bdpt, Connections, LightTracing, LvcBpt};
 
     #[test]
     fn integrators_with_settings() {
@@ -106,7 +106,11 @@ mod tests {
         let cache = "lvcbpt:connections=2,light-paths=500,light-tracing";
         assert_eq!(labels, ["path", cache, "bdpt", "light:light-paths=7"]);
         let methods: Vec<Method> = candidates.iter().map(|candidate| candidate.method).collect();
-        let cached = Method::LvcBpt(LvcBpt { light_paths: Some(500), connections: 2, light_tracing: true });
+        let cached = Method::LvcBpt(LvcBpt {
+            light_paths: Some(500),
+            connections: Connections::even(2),
+            light_tracing: true,
+        });
         let light = Method::Light(LightTracing { light_paths: Some(7) });
         assert_eq!(methods, [Method::Path, cached, Method::Bdpt(Bdpt { light_tracing: false }), light]);
         assert_eq!(candidates[1].flags(), "-i lvcbpt --connections 2 --light-paths 500 --light-tracing");

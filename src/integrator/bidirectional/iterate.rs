@@ -4,7 +4,7 @@ use super::Bidirectional;
 use crate::device::layout::{Batch, Counts};
 use crate::device::{Context, DeviceError};
 use crate::integrator::Selector;
-use crate::integrator::wavefront::{Bounce, Size, Stage, total};
+use crate::integrator::wavefront::{Bounces, Size, Stage, total};
 
 /// What light paths are traced for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -100,20 +100,22 @@ impl Bidirectional {
         self.plan.selector == Some(Selector::OwnPath)
     }
 
-    /// The stages of a bounce of eye paths.
-    fn eye_bounce(&self, counts: &Counts) -> Bounce {
-        let rounds = match self.connects_own_path() {
-            true => counts.longest_light_path.max(1).div_ceil(self.plan.connections),
-            false => 1,
-        };
-        [0, 1].map(|parity: usize| {
+    /// The stages of the bounces of eye paths.
+    fn eye_bounces(&self, counts: &Counts) -> Bounces {
+        let bounce = |depth: usize, parity: usize| {
+            let wanted = match self.connects_own_path() {
+                true => counts.longest_light_path.max(1),
+                false => self.plan.connections.counts[depth],
+            };
+            let in_flight = self.plan.connections.in_flight();
             let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
             if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
                 stages.push(Stage::new(&labels[parity], Size::Paths));
             }
             if let Some(connect) = &self.stages.connect {
-                for _ in 0..rounds {
-                    stages.push(Stage::new(&connect[parity], Size::Connections));
+                for first in (0..wanted).step_by(in_flight as usize) {
+                    let slots = in_flight.min(wanted - first);
+                    stages.push(Stage::new(&connect[parity], Size::Connections(slots)));
                     stages.extend(self.wavefront.test_connections.iter().cloned());
                 }
             }
@@ -122,7 +124,8 @@ impl Bidirectional {
             }
             stages.push(Stage::new(&self.wavefront.advance, Size::Count(1)));
             stages
-        })
+        };
+        Bounces { first: vec![bounce(0, 0), bounce(1, 1)], others: [bounce(2, 0), bounce(2, 1)] }
     }
 
     /// Traces eye paths against the cache.
@@ -130,7 +133,7 @@ impl Bidirectional {
         let first_rays = self.wavefront.camera_rays.clone();
         let encoder = self.wavefront.start(context, batch, &first_rays)?;
         if self.stages.eye_shade.is_some() {
-            let bounce = self.eye_bounce(counts);
+            let bounce = self.eye_bounces(counts);
             return self.wavefront.bounce(context, encoder, &bounce, batch.max_depth);
         }
         context.queue.submit([encoder.finish()]);
@@ -142,7 +145,9 @@ impl Bidirectional {
         let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
         Batch {
             light_path_count: light_paths,
-            connection_density: self.connection_density,
+            connections: self.plan.connections.counts,
+            hit_scale: self.density_scales[3],
+            density_scales: [self.density_scales[0], self.density_scales[1], self.density_scales[2]],
             camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
             ..batch
         }

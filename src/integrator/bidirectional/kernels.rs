@@ -4,7 +4,7 @@ use super::Bidirectional;
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
 use crate::integrator::Plan;
 use crate::integrator::kernels::light_features;
-use crate::integrator::wavefront::{Bounce, Size, Stage, Wavefront};
+use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront};
 
 /// Compiled once.
 pub(super) struct Kernels {
@@ -35,8 +35,8 @@ pub(super) struct CacheKernels {
 pub(super) struct Stages {
     pub light_rays: Option<Bound>,
     /// Of light paths, with connections to the camera and without.
-    pub light_bounce: Bounce,
-    pub quiet_light_bounce: Bounce,
+    pub light_bounce: Bounces,
+    pub quiet_light_bounce: Bounces,
     pub camera_tests: Vec<Stage>,
     pub sort: Vec<Stage>,
     pub connect: Option<[Bound; 2]>,
@@ -141,8 +141,8 @@ impl Bidirectional {
             bounce.push(Stage::new(&wavefront.advance, Size::Count(1)));
             bounce
         };
-        stages.light_bounce = [bounce(true, 0), bounce(true, 1)];
-        stages.quiet_light_bounce = [bounce(false, 0), bounce(false, 1)];
+        stages.light_bounce = [0, 1].map(|parity| bounce(true, parity)).into();
+        stages.quiet_light_bounce = [0, 1].map(|parity| bounce(false, parity)).into();
         if let Some(cache) = &kernels.cache {
             stages.sort = vec![
                 Stage::new(&cache.scan.bind(context, &wavefront.buffers)?, Size::Count(1)),

@@ -36,7 +36,8 @@ pub(crate) struct Bidirectional {
     light_paths: u32,
     /// Samples of an iteration.
     iteration: u32,
-    connection_density: f32,
+    /// Of connections by depth, then of light that is hit: [`Plan::density_scales`].
+    density_scales: [f32; 4],
     kernels: Kernels,
     /// Connections are chosen by subspaces.
     subspaces: Option<Subspaces>,
@@ -75,7 +76,7 @@ impl Bidirectional {
         let model = model.filter(|_| scene.features.lights());
         let subspace_directions = model.is_some_and(|model| model.settings.direction_weight > 0.0);
         let form = Form {
-            connections: plan.connections,
+            connections: plan.connections.in_flight(),
             bidirectional: true,
             splats: plan.to_camera,
             subspaces: model.is_some(),
@@ -102,8 +103,8 @@ impl Bidirectional {
             plan,
             light_paths: 1,
             iteration: 1,
-            // Each pair of vertices once, unless the pilot knows better; weights by subspaces have their own.
-            connection_density: if plan.connects_by_ratio() { 1.0 } else { 0.0 },
+            // Unless the pilot knows better.
+            density_scales: plan.density_scales(1.0),
             kernels,
             subspaces,
             capacity: 0,
@@ -114,7 +115,7 @@ impl Bidirectional {
         integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
         if lights && plan.needs_mean_length() {
             let vertices_per_path = integrator.vertices_per_path(context)?;
-            integrator.connection_density = plan.connections as f32 / vertices_per_path as f32;
+            integrator.density_scales = plan.density_scales(vertices_per_path as f32);
         }
         Ok(integrator)
     }

@@ -2,10 +2,7 @@
 
 use serde::Serialize;
 
-/// Connections that an eye vertex may have at once.
-pub const MAX_CONNECTIONS: u32 = 64;
-/// Connections of an eye vertex where no number is asked for.
-pub const DEFAULT_CONNECTIONS: u32 = 3;
+use crate::subspace::Connections;
 
 /// Bidirectional path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -15,21 +12,20 @@ pub struct Bdpt {
 }
 
 /// Bidirectional path tracing with a light vertex cache.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LvcBpt {
     /// Light paths for each sample of all pixels; `None`: a share of the pixels.
     pub light_paths: Option<u32>,
-    /// Connections of each eye vertex, 1 to [`MAX_CONNECTIONS`].
-    pub connections: u32,
+    pub connections: Connections,
     /// Light paths are connected to the camera as well.
     pub light_tracing: bool,
 }
 
 /// Subspace-based probabilistic connections: settings as those of [`LvcBpt`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SpcBpt {
     pub light_paths: Option<u32>,
-    pub connections: u32,
+    pub connections: Connections,
     pub light_tracing: bool,
 }
 
@@ -40,14 +36,24 @@ pub struct LightTracing {
     pub light_paths: Option<u32>,
 }
 
+impl LvcBpt {
+    /// Connections where none are asked for.
+    pub const CONNECTIONS: Connections = Connections::even(3);
+}
+
+impl SpcBpt {
+    /// Connections where none are asked for: docs/measurements.md, Connections and shares by depth.
+    pub const CONNECTIONS: Connections = Connections { counts: [9, 2, 1], shares: [3.0, 2.0, 1.0, 4.0] };
+}
+
 impl Default for LvcBpt {
     fn default() -> Self {
-        Self { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false }
+        Self { light_paths: None, connections: Self::CONNECTIONS, light_tracing: false }
     }
 }
 
 impl Default for SpcBpt {
     fn default() -> Self {
-        Self { light_paths: None, connections: DEFAULT_CONNECTIONS, light_tracing: false }
+        Self { light_paths: None, connections: Self::CONNECTIONS, light_tracing: false }
     }
 }

@@ -23,8 +23,8 @@ pub(crate) enum Size {
     Paths,
     /// Connections in the queue.
     Shadow,
-    /// Connection slots of the paths in the queue.
-    Connections,
+    /// So many connections for each path in the queue, as many as there are slots at most.
+    Connections(u32),
 }
 
 /// A kernel of a bounce.
@@ -42,6 +42,25 @@ impl Stage {
 
 /// The stages of a bounce. Paths change places between two buffers, hence two of each.
 pub(crate) type Bounce = [Vec<Stage>; 2];
+
+/// The stages of each bounce, where the first differ.
+#[derive(Default)]
+pub(crate) struct Bounces {
+    pub first: Vec<Vec<Stage>>,
+    pub others: Bounce,
+}
+
+impl From<Bounce> for Bounces {
+    fn from(others: Bounce) -> Self {
+        Self { first: Vec::new(), others }
+    }
+}
+
+impl Bounces {
+    fn at(&self, depth: u32) -> &[Stage] {
+        self.first.get(depth as usize).unwrap_or(&self.others[depth as usize % 2])
+    }
+}
 
 impl Wavefront {
     /// Samples of the whole picture that the queues hold at once, each with so many light paths; but no more than a group.
@@ -125,7 +144,7 @@ impl Wavefront {
                 Size::Count(count) => Extent::Count(count),
                 Size::Paths => Extent::Indirect(arguments, 0),
                 Size::Shadow => Extent::Indirect(arguments, 16),
-                Size::Connections => Extent::Indirect(arguments, 32),
+                Size::Connections(slots) => Extent::Indirect(arguments, 16 + 16 * u64::from(slots)),
             };
             record(encoder, &mut self.timing, &stage.kernel, extent);
         }
@@ -137,14 +156,14 @@ impl Wavefront {
         &mut self,
         context: &Context,
         mut encoder: wgpu::CommandEncoder,
-        stages: &Bounce,
+        stages: &Bounces,
         max_bounces: u32,
     ) -> Result<(), DeviceError> {
         let mut depth = 0;
         loop {
             let start = Instant::now();
             for _ in 0..BOUNCES_PER_SUBMISSION.min(max_bounces - depth) {
-                self.record(&mut encoder, &stages[depth as usize % 2])?;
+                self.record(&mut encoder, stages.at(depth))?;
                 depth += 1;
             }
             context.queue.submit([encoder.finish()]);

@@ -21,7 +21,7 @@ use kernels::{Compiler, SharedKernels, bind_pair};
 use queues::Swapped;
 use submission::SubmissionLimit;
 
-pub(crate) use bounces::{Bounce, Extent, Size, Stage, record};
+pub(crate) use bounces::{Bounces, Extent, Size, Stage, record};
 pub(crate) use kernels::Form;
 pub use queues::RayCounts;
 pub(crate) use queues::total;

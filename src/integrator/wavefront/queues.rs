@@ -57,7 +57,7 @@ pub(super) fn create(
     }
     buffers.create(context, "counts", size_of::<Counts>() as u64)?;
     let indirect = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT;
-    buffers.create_with(context, "arguments", 48, indirect)?;
+    buffers.create_with(context, "arguments", 96, indirect)?;
     let pixels = u64::from(settings.view.region().pixels());
     buffers.create(context, "film", pixels * size_of::<FilmPixel>() as u64)?;
     if form.splats {

@@ -88,7 +88,7 @@ impl ProblemBuilder {
         Self { subspaces: subspaces as usize, parts: Default::default(), unreachable: 0 }
     }
 
-    /// Adds a path with its connections: (row, column, coefficient N mass / Q).
+    /// Adds a path with its connections: (row, column, coefficient mass / Q).
     pub fn push(&mut self, term: Term, connections: impl Iterator<Item = (u32, u32, f64)> + Clone) {
         // D in units of its greatest possible value: all that follows is near one.
         let scale = connections.clone().fold(term.p0, |sum, (_, _, coefficient)| sum + coefficient);

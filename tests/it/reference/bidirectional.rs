@@ -202,7 +202,7 @@ fn value(space: &PathSpace, options: &Options, path: &Path, t: usize) -> Option<
     }
     let [width, height] = space.resolution.map(f64::from);
     let light_paths = if options.light_tracing { width * height } else { 0.0 };
-    let strategies = path.densities(space).strategies(|_| 1.0, light_paths);
+    let strategies = path.densities(space).strategies(|_| 1.0, 1.0, light_paths);
     let ln_pdf = strategies[t - 1].ln_pdf;
     if ln_pdf == f64::NEG_INFINITY {
         return None;

@@ -133,14 +133,19 @@ pub struct Strategy {
 
 impl Densities {
     /// All strategies, t = 1 first, s = 0 last. `connections(i)` is the factor of connecting x_i to x_{i+1}: the number of
-    /// connections that one expects, or any other function of the edge. `light_paths`: how many light paths may hit
-    /// any one pixel, 0 without light tracing.
-    pub fn strategies(&self, connections: impl Fn(usize) -> f64, light_paths: f64) -> Vec<Strategy> {
+    /// connections that one expects, or any other function of the edge. `hits`: the same of light that is hit. `light_paths`:
+    /// how many light paths may hit any one pixel, 0 without light tracing.
+    pub fn strategies(
+        &self,
+        connections: impl Fn(usize) -> f64,
+        hits: f64,
+        light_paths: f64,
+    ) -> Vec<Strategy> {
         let n = self.ln_eye.len() - 1;
         let eye = |t: usize| self.ln_eye[1..t].iter().sum::<f64>();
         let light = |t: usize| self.ln_light[t..].iter().sum::<f64>();
         let ln_pdf = |t: usize| match t {
-            _ if t == n + 1 => eye(t),
+            _ if t == n + 1 => hits.ln() + eye(t),
             // A light that is seen directly has no other strategy.
             _ if n == 1 => f64::NEG_INFINITY,
             1 if self.connects[1] => light_paths.ln() + light(1),
@@ -216,9 +221,10 @@ impl<'a> PathSpace<'a> {
         &self,
         path: &FullPath,
         connections: impl Fn(usize, &FullPath) -> f64,
+        hits: f64,
         light_paths: f64,
     ) -> Vec<Strategy> {
-        self.densities(path).strategies(|edge| connections(edge, path), light_paths)
+        self.densities(path).strategies(|edge| connections(edge, path), hits, light_paths)
     }
 
     /// ln |f_y| of the light sub-paths x_n .. x_i, i = 1 .. n, where |.| is the sum of the channels: all that light goes

@@ -1,0 +1,28 @@
+#import bind/batch
+
+// How many connections an eye vertex has, and what their density is times in weights, by the depth of the vertex: 0 is
+// what the camera sees.
+
+/// Vertices of this depth and beyond are all alike.
+const DEEP: u32 = 2u;
+
+/// Connections of an eye vertex.
+fn connections_at(depth: u32) -> u32 {
+    return batch.connections[min(depth, DEEP)];
+}
+
+/// What the density of a connection is times: lib/mis. Light paths do not know how far from the camera they are, and take
+/// that of DEEP.
+fn density_scale(depth: u32) -> f32 {
+    return batch.density_scales[min(depth, DEEP)];
+}
+
+/// From the scale of DEEP to that of `depth`.
+fn scale_from_deep(depth: u32) -> f32 {
+    return density_scale(depth) / density_scale(DEEP);
+}
+
+/// What weights are told beside the number of connections: the density's scale for each of them.
+fn share_at(depth: u32) -> f32 {
+    return density_scale(depth) / f32(connections_at(depth));
+}
