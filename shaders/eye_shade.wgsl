@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
 #endif
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
-    let bounce = sample_bounce(point, point_surface(point), point_frame(point), vertex, u, true);
+    let bounce = sample_bounce(point, point_surface(point), point_frame(point), vertex, u, true, 0u);
     let f = bounce_f(point, bounce);
     let is_delta = (materials[point.material].flags & MATERIAL_DELTA) != 0u;
     deliver_vertex(ray, point, vertex, depth, f, through, is_delta);

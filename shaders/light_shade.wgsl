@@ -50,7 +50,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
-    var bounce = sample_bounce(point, surface, point_frame(point), vertex, u, false);
+    var bounce = sample_bounce(point, surface, point_frame(point), vertex, u, false, label);
     add_edge_of_bounce(&bounce, point, vertex, mis, is_delta);
     let slot = enqueue(ray.path, depth, point, bounce, throughput);
     if slot == PATH_ENDS {

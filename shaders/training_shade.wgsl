@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     let key = path_key(ray.path);
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
-    let bounce = sample_bounce(point, surface, frame, vertex, u, true);
+    let bounce = sample_bounce(point, surface, frame, vertex, u, true, 0u);
     let f = bounce_f(point, bounce);
     write_vertex(point, vertex, ray.path, depth, is_delta, f * through, geometry);
     if !is_delta {

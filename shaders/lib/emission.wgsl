@@ -1,7 +1,11 @@
 #import bind/lights
 #import bind/subpath
+#if light_guide
+#import bind/subspaces
+#endif
 #import lib/alias
 #import lib/frame
+#import lib/guide
 #import lib/hit
 #import lib/rng
 #import lib/sampling
@@ -70,22 +74,38 @@ struct Emission {
     flags: u32,
 }
 
+/// Where the place or the direction of a light's ray comes from: `at` is the point on the light.
+fn emission_draw(light: u32, at: vec2f, u: vec2f) -> GuideDraw {
+#if light_guide
+    return guide_draw(source_label(light, at), u);
+#else
+    return guide_draw(0u, u);
+#endif
+}
+
 /// A ray of parallel light towards the scene.
-fn emit_parallel(emission: ptr<function, Emission>, direction: vec3f, u: vec2f) {
+fn emit_parallel(emission: ptr<function, Emission>, direction: vec3f, draw: GuideDraw) {
     let frame = frame_from_normal(direction);
-    let disk = sample_disk(u) * SCENE_RADIUS;
+    let disk = sample_disk(draw.square) * SCENE_RADIUS;
     (*emission).direction = direction;
     (*emission).origin = disk.x * frame.tangent + disk.y * frame.bitangent - 2.0 * SCENE_RADIUS * direction;
-    (*emission).pdf_solid = disk_pdf_area();
-    (*emission).throughput = (*emission).weight / disk_pdf_area();
+    (*emission).pdf_solid = disk_pdf_area() * draw.density;
+    (*emission).throughput = (*emission).weight / (*emission).pdf_solid;
     (*emission).flags = SUBPATH_INFINITE;
 }
 
 /// `words`, `point_words`: which light and where on it; `u`: direction.
 fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
     var emission: Emission;
-    let draw = alias_draw(words.xy, arrayLength(&lights));
-    let index = alias_pick(draw, lights[draw.slot].threshold, lights[draw.slot].alias_index);
+#if light_guide
+    let pick = alias_draw(words.xy, arrayLength(&guide_picks));
+    let index = alias_pick(pick, guide_picks[pick.slot].threshold, guide_picks[pick.slot].alias_index);
+    let pdf_select = guide_picks[index].pdf_select;
+#else
+    let pick = alias_draw(words.xy, arrayLength(&lights));
+    let index = alias_pick(pick, lights[pick.slot].threshold, lights[pick.slot].alias_index);
+    let pdf_select = lights[index].pdf_select;
+#endif
     let light = lights[index];
     emission.kind = light.kind;
     emission.index = light.index;
@@ -100,11 +120,12 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             let side = select(1.0, -1.0, sides == 2.0 && u.z < 0.5);
             let frame = frame_from_normal(side * point.world_ng);
             emission.at = b.yz;
-            emission.pdf_light = light.pdf_select / point.area;
+            emission.pdf_light = pdf_select / point.area;
             emission.weight = point_emission(point, frame.normal) * point_presence(point) / emission.pdf_light;
-            emission.direction = to_world(frame, sample_cosine_hemisphere(u.xy));
-            emission.pdf_solid = emission_pdf_solid(point, emission.direction);
-            emission.throughput = emission.weight * (PI * sides);
+            let draw = emission_draw(index, emission.at, u.xy);
+            emission.direction = to_world(frame, sample_cosine_hemisphere(draw.square));
+            emission.pdf_solid = emission_pdf_solid(point, emission.direction) * draw.density;
+            emission.throughput = emission.weight * (PI * sides / draw.density);
             emission.origin = ray_origin(point, emission.direction);
             emission.position = point.position;
             emission.normal = point.world_ng;
@@ -118,26 +139,28 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
             emission.at = (corner + u_point) / f32(ENVIRONMENT_SIZE);
             let to_light = square_to_sphere(emission.at);
-            emission.pdf_light = light.pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
+            emission.pdf_light = pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
             emission.weight = environment_texels[texel].rgb / emission.pdf_light;
-            emit_parallel(&emission, -to_light, u.xy);
+            emit_parallel(&emission, -to_light, emission_draw(index, emission.at, u.xy));
         }
 #endif
 #if punctual_lights
         case LIGHT_DIRECTIONAL: {
-            emission.pdf_light = light.pdf_select;
-            emission.weight = punctual_lights[light.index].intensity / light.pdf_select;
-            emit_parallel(&emission, punctual_lights[light.index].direction, u.xy);
+            emission.pdf_light = pdf_select;
+            emission.weight = punctual_lights[light.index].intensity / pdf_select;
+            let draw = emission_draw(index, vec2f(0.0), u.xy);
+            emit_parallel(&emission, punctual_lights[light.index].direction, draw);
         }
         case LIGHT_POINT, LIGHT_SPOT: {
             let punctual = punctual_lights[light.index];
             let is_spot = light.kind == LIGHT_SPOT;
             let cone = emission_cone(punctual, is_spot);
             let frame = frame_from_normal(select(vec3f(0.0, 0.0, 1.0), punctual.direction, is_spot));
-            emission.pdf_light = light.pdf_select;
-            emission.weight = punctual.intensity / light.pdf_select;
-            emission.direction = to_world(frame, sample_uniform_cone(u.xy, cone));
-            emission.pdf_solid = uniform_cone_pdf_solid(cone);
+            emission.pdf_light = pdf_select;
+            emission.weight = punctual.intensity / pdf_select;
+            let draw = emission_draw(index, vec2f(0.0), u.xy);
+            emission.direction = to_world(frame, sample_uniform_cone(draw.square, cone));
+            emission.pdf_solid = uniform_cone_pdf_solid(cone) * draw.density;
             let falloff = emission_falloff(punctual, emission.direction, is_spot);
             emission.throughput = emission.weight * (falloff / emission.pdf_solid);
             emission.origin = punctual.position;

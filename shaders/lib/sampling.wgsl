@@ -1,3 +1,4 @@
+#import lib/equal_area
 #import lib/math
 
 // Warps of uniform numbers u in [0, 1) to directions and points, each beside its density.
@@ -30,6 +31,16 @@ fn concentric_polar(u: vec2f) -> vec3f {
 fn sample_disk(u: vec2f) -> vec2f {
     let polar = concentric_polar(u);
     return polar.xy * polar.z;
+}
+
+/// The point of the square, in [0, 1], that `sample_disk` makes this point of.
+fn disk_to_square(p: vec2f) -> vec2f {
+    let a = abs(p);
+    let steep = a.y > a.x;
+    let high = max(a.x, a.y);
+    let turn = select(2.0 * quarter_turns(min(a.x, a.y) / max(high, 0x1p-100)), 0.0, high == 0.0);
+    let square = select(vec2f(1.0, turn), vec2f(turn, 1.0), steep) * length(p);
+    return clamp(0.5 + 0.5 * select(square, -square, p < vec2f(0.0)), vec2f(0.0), vec2f(1.0));
 }
 
 /// Cosine-weighted direction about +z (Malley). z comes from the radius, so it is never 0.

@@ -2,10 +2,14 @@
 #import bind/queue
 #import bind/subpath
 #import lib/connections
+#import lib/guide
 #import lib/hit
 #import lib/mis
 #import lib/roulette
 #import lib/shading
+#if light_guide
+#import lib/subspaces
+#endif
 
 // One vertex of a sub-path, the same from the eye and from the light: what is known of it before the next direction is,
 // and the step to the next ray. Densities per area use the stored positions of both ends: the offset of a ray's origin turns its
@@ -105,16 +109,44 @@ fn next_sub_path(
     );
 }
 
-/// Samples the next ray. `u.w` decides the roulette.
+#if light_guide
+/// Share of the directions from a surface that the guide draws: it knows one side of a surface, and nothing of narrow lobes.
+fn guide_share(surface: Surface) -> f32 {
+#if lambert_only
+    return 1.0;
+#else
+    if (surface.flags & SURFACE_DELTA) != 0u {
+        return 0.0;
+    }
+    return 0.5 * mix((1.0 - surface.transmission), surface.alpha, surface.metallic);
+#endif
+}
+#endif
+
+/// Samples the next ray. `u.w` decides the roulette. `label`: light subspace of a light path's vertex.
 fn sample_bounce(
     point: SurfacePoint, surface: Surface, frame: ShadingFrame, vertex: PathVertex, u: vec4f, from_eye: bool,
+    label: u32,
 ) -> Bounce {
     var bounce: Bounce;
     let survives = survival(surface);
     if u.w >= survives {
         return bounce;
     }
+#if light_guide
+    let guided = guide_share(surface);
+    let guide_frame = frame_from_normal(label_normal(point, vertex.world_from));
+    var sample: BsdfSample;
+    if u.z < guided {
+        sample.w = guide_direction(label, guide_frame, u.xy);
+        sample.pdf_solid = 1.0;
+    } else {
+        let lobe = min((u.z - guided) / (1.0 - guided), 0x1.fffffep-1);
+        sample = shading_sample_direction(surface, frame, vertex.world_from, vec3f(u.xy, lobe), from_eye);
+    }
+#else
     let sample = shading_sample_direction(surface, frame, vertex.world_from, u.xyz, from_eye);
+#endif
     if sample.pdf_solid == 0.0 {
         return bounce;
     }
@@ -127,11 +159,14 @@ fn sample_bounce(
         pdf_solid *= delta_measure(surface, frame, sample.w);
     } else {
         let value = shading_evaluate(surface, frame, vertex.world_from, sample.w, from_eye);
-        if value.pdf_solid == 0.0 {
+        pdf_solid = value.pdf_solid;
+#if light_guide
+        pdf_solid = mix(pdf_solid, guide_pdf_solid(label, guide_frame, sample.w), guided);
+#endif
+        if pdf_solid == 0.0 {
             return bounce;
         }
-        weight = value.f * (abs(dot(sample.w, point.world_ng)) / value.pdf_solid);
-        pdf_solid = value.pdf_solid;
+        weight = value.f * (abs(dot(sample.w, point.world_ng)) / pdf_solid);
         pdf_back_solid = value.pdf_back_solid;
     }
     bounce.goes_on = any(weight > vec3f(0.0));

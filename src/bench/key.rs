@@ -102,7 +102,6 @@ mod tests {
 
     use super::*;
     use crate::bench::trade::Goal;
-    use crate::integrator::method::Setting;
     use crate::integrator::{METHODS, View};
     use crate::training::When;
 
@@ -250,6 +249,7 @@ mod tests {
             ("training.settings.direction_weight", "0.0"),
             ("training.settings.tree_depth", "15"),
             ("training.settings.lloyd_steps", "5"),
+            ("training.settings.light_guide", "true"),
             ("training.settings.tree_stop", "0.99"),
             ("training.settings.tree_samples", "100000"),
             ("training.settings.uniform_share", "0.1"),

@@ -125,6 +125,7 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
                 f64::from(k).log2()
             ),
         ),
+        ("light paths", guided(model)),
         ("Q", format!("the largest is {} times the smallest", short(report.q_spread))),
         ("loss", format!("{:<14} held-out paths", "training paths")),
         ("  at the start", losses(start)),
@@ -167,6 +168,18 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
         ("learnt for", format!("{}, uniform share {}", model.connections, settings.uniform_share)),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]
+}
+
+/// Whether light paths are guided, and how far.
+fn guided(model: &Model) -> String {
+    let gain = model.report.guide_gain.exp();
+    match (&model.guide, model.settings.light_guide) {
+        (Some(_), _) => format!("guided; {gain:.2} times as dense where their light is wanted"),
+        (None, true) => {
+            format!("not guided; they would be {gain:.2} times as dense where their light is wanted")
+        }
+        (None, false) => "not guided, as asked for".into(),
+    }
 }
 
 fn losses(loss: Option<&Loss>) -> String {

@@ -97,6 +97,7 @@ features! {
         SharedLightPaths shared_light_paths, [LightPaths], "light paths are spread over the whole iteration";
         LightCache light_cache, [], "light paths leave their vertices in the cache";
         LightOnly light_only, [], "there are no eye paths: lights themselves are connected to the camera";
+        LightGuide light_guide, [Subspaces], "light paths go where their light is wanted";
         OwnLightPath own_light_path, [], "an eye path is connected to its own light path";
     }
 }

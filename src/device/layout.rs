@@ -377,6 +377,16 @@ device_struct! {
 }
 
 device_struct! {
+    /// A light's slot of the alias table that guided light paths pick their light from.
+    pub struct GuidePick {
+        pub threshold: u32,
+        pub alias_index: u32,
+        pub pdf_select: f32,
+        pub pad: u32,
+    }
+}
+
+device_struct! {
     /// A node of a classification tree.
     pub struct TreeNode {
         pub split: [f32; 3],

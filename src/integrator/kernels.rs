@@ -62,6 +62,10 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     }
     let light = form.with(&light_features(plan));
     kernels.extend([("light_rays", light), ("light_shade", light)]);
+    if form.contains(Feature::Subspaces) && !plan.to_camera {
+        let guided = light.with(&[Feature::LightGuide]);
+        kernels.extend([("light_rays", guided), ("light_shade", guided)]);
+    }
     if form.contains(Feature::Alpha) {
         kernels.push(("closest_hit", light));
     }

@@ -30,6 +30,18 @@ pub fn sample_disk(u: Vec2) -> Vec2 {
     polar.truncate() * polar.z
 }
 
+/// The point of the square, in [0, 1], that [`sample_disk`] makes this point of, and [`sample_cosine_hemisphere`] this
+/// projection of.
+pub fn disk_to_square(p: Vec2) -> Vec2 {
+    let (radius, a) = (p.length(), p.abs());
+    let turn = |minor: f32, major: f32| if major > 0.0 { (minor / major).atan() / FRAC_PI_4 } else { 0.0 };
+    let square = match a.y > a.x {
+        true => Vec2::new(turn(a.x, a.y), 1.0),
+        false => Vec2::new(1.0, turn(a.y, a.x)),
+    };
+    (0.5 + 0.5 * radius * square.copysign(p)).clamp(Vec2::ZERO, Vec2::ONE)
+}
+
 /// Cosine-weighted direction about +z, its z never 0.
 pub fn sample_cosine_hemisphere(u: Vec2) -> Vec3 {
     let polar = concentric_polar(u);

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use super::connections::{Connections, MAX_CONNECTIONS};
 use super::gamma::{Loss, Tried};
+use super::guide::{GUIDE_CELLS, LightGuide};
 use super::model::{Counts, Model, Seconds, TrainingReport};
 use super::settings::{MOST_SUBSPACES, Optimiser, Settings};
 use super::sources::SourceLabels;
@@ -119,7 +120,13 @@ fn is_sound(model: &Model) -> bool {
     });
     let counted = model.connections.counts.iter().all(|n| (1..=MAX_CONNECTIONS).contains(n));
     let weighed = model.connections.shares.iter().all(|share| *share > 0.0 && share.is_finite());
-    counted && weighed && rows && labels && model.q.iter().all(|q| *q > 0.0 && q.is_finite())
+    // What has no chance would lose its light.
+    let positive = |all: &[f32]| all.iter().all(|p| *p > 0.0 && *p <= 1.0);
+    let guided = model.guide.iter().all(|guide| {
+        let lit = guide.picks.iter().all(|p| (0.0..=1.0).contains(p)) && guide.picks.iter().any(|p| *p > 0.0);
+        positive(&guide.cells) && lit
+    });
+    counted && weighed && guided && rows && labels && model.q.iter().all(|q| *q > 0.0 && q.is_finite())
 }
 
 fn encode(model: &Model) -> Vec<u8> {
@@ -129,7 +136,8 @@ fn encode(model: &Model) -> Vec<u8> {
     out.f64s(&[s.source_share, f64::from(s.direction_weight), s.tree_stop, s.uniform_share, s.held_out]);
     // No share is negative.
     out.f64(s.smoothing.unwrap_or(-1.0));
-    out.u32s(&[s.lloyd_steps, s.tree_depth, s.tree_samples, s.optimiser as u32, s.max_steps]);
+    out.u32s(&[s.lloyd_steps, s.tree_depth, s.tree_samples, s.light_guide.into()]);
+    out.u32s(&[s.optimiser as u32, s.max_steps]);
     out.u32s(&model.connections.counts);
     out.u32s(&model.connections.shares.map(f32::to_bits));
     out.u64(model.seed);
@@ -144,11 +152,15 @@ fn encode(model: &Model) -> Vec<u8> {
     out.u32(model.sources.len() as u32);
     model.sources.iter().for_each(|of| out.u32s(&[of.first, of.divisions]));
     model.gamma.iter().chain(&model.q).for_each(|x| out.u32(x.to_bits()));
+    out.u32(u32::from(model.guide.is_some()));
+    if let Some(guide) = &model.guide {
+        guide.cells.iter().chain(&guide.picks).for_each(|x| out.u32(x.to_bits()));
+    }
 
     let report = &model.report;
     count_fields(&mut report.counts.clone()).into_iter().for_each(|count| out.u64(*count));
     out.f64s(&report.row_entropy);
-    out.f64(report.q_spread);
+    out.f64s(&[report.q_spread, report.guide_gain]);
     second_fields(&mut report.seconds.clone()).into_iter().for_each(|time| out.f64(*time));
     out.u32s(&[report.best_step, report.losses.len() as u32]);
     for loss in &report.losses {
@@ -179,13 +191,20 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     let k = subspaces as usize;
     let gamma = from.list(k * k, 4, Reader::f32)?;
     let q = from.list(k, 4, Reader::f32)?;
+    let guide = match from.u32()? {
+        0 => None,
+        _ => Some(LightGuide {
+            cells: from.list(k * GUIDE_CELLS, 4, Reader::f32)?,
+            picks: from.list(sources.len(), 4, Reader::f32)?,
+        }),
+    };
 
     let mut report = TrainingReport::default();
     for count in count_fields(&mut report.counts) {
         *count = from.u64()?;
     }
     report.row_entropy = [from.f64()?, from.f64()?, from.f64()?];
-    report.q_spread = from.f64()?;
+    (report.q_spread, report.guide_gain) = (from.f64()?, from.f64()?);
     for time in second_fields(&mut report.seconds) {
         *time = from.f64()?;
     }
@@ -210,6 +229,7 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
         sources,
         gamma,
         q,
+        guide,
         report,
     })
 }
@@ -222,6 +242,7 @@ fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
     let (tree_stop, uniform_share, held_out) = (from.f64()?, from.f64()?, from.f64()?);
     let smoothing = Some(from.f64()?).filter(|share| *share >= 0.0);
     let (lloyd_steps, tree_depth, tree_samples) = (from.u32()?, from.u32()?, from.u32()?);
+    let light_guide = from.u32()? != 0;
     let optimiser = from.u32()?;
     let optimiser = [Optimiser::Mm, Optimiser::Softmax, Optimiser::Mirror]
         .into_iter()
@@ -241,6 +262,7 @@ fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
         tree_samples,
         uniform_share,
         smoothing,
+        light_guide,
         optimiser,
         max_steps,
         held_out,
@@ -269,8 +291,8 @@ fn count_fields(c: &mut Counts) -> [&mut u64; 14] {
 }
 
 /// The times in the order of the file.
-fn second_fields(s: &mut Seconds) -> [&mut f64; 6] {
-    [&mut s.weights, &mut s.trees, &mut s.labels, &mut s.q, &mut s.gamma, &mut s.total]
+fn second_fields(s: &mut Seconds) -> [&mut f64; 7] {
+    [&mut s.weights, &mut s.trees, &mut s.labels, &mut s.q, &mut s.gamma, &mut s.guide, &mut s.total]
 }
 
 struct Writer(Vec<u8>);

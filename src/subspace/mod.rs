@@ -15,6 +15,7 @@ mod connections;
 mod error;
 mod file;
 pub mod gamma;
+pub mod guide;
 mod judge;
 pub mod model;
 pub mod normaliser;
@@ -27,6 +28,7 @@ pub mod tree;
 
 pub use connections::{Connections, MAX_CONNECTIONS};
 pub use error::SubspaceError;
+pub use guide::LightGuide;
 pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};
 pub use settings::{Optimiser, Settings};

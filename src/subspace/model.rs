@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::connections::Connections;
 use super::gamma::{Loss, Tried};
+use super::guide::LightGuide;
 use super::settings::Settings;
 use super::sources::{SourceLabels, label_of};
 use super::training::{Feature, LightEnd, TrainingInput};
@@ -32,6 +33,8 @@ pub struct Model {
     pub gamma: Vec<f32>,
     /// Of each light subspace; positive.
     pub q: Vec<f32>,
+    /// Where light paths go; `None` where that is worth nothing.
+    pub guide: Option<LightGuide>,
     pub report: TrainingReport,
 }
 
@@ -47,6 +50,7 @@ pub struct GammaTables {
 impl Model {
     /// One subspace a side, and a Q that says nothing: any light vertex is as good as its power.
     pub fn untrained(input: &TrainingInput, settings: Settings) -> Self {
+        let guide = settings.light_guide.then(|| LightGuide::even(1, input.lights));
         Self {
             scene_hash: input.scene_hash,
             connections: input.connections,
@@ -58,6 +62,7 @@ impl Model {
             sources: vec![SourceLabels { first: 0, divisions: 1 }; input.lights.len()],
             gamma: vec![1.0],
             q: vec![1.0],
+            guide,
             report: TrainingReport::default(),
         }
     }
@@ -107,6 +112,8 @@ pub struct TrainingReport {
     pub row_entropy: [f64; 3],
     /// Largest over smallest positive estimate of Q.
     pub q_spread: f64,
+    /// Of guided light paths: the mean logarithm of how much denser they are where their light is wanted.
+    pub guide_gain: f64,
     pub seconds: Seconds,
 }
 
@@ -144,5 +151,6 @@ pub struct Seconds {
     pub labels: f64,
     pub q: f64,
     pub gamma: f64,
+    pub guide: f64,
     pub total: f64,
 }

@@ -45,6 +45,8 @@ pub struct Settings {
     pub uniform_share: f64,
     /// Share of what neighbouring subspaces have learnt in every step of Gamma; `None`: what suits the held-out paths.
     pub smoothing: Option<f64>,
+    /// Light paths are guided, where that is worth it.
+    pub light_guide: bool,
     pub optimiser: Optimiser,
     pub max_steps: u32,
     /// Share of the paths that judges the steps instead of teaching them.
@@ -63,6 +65,7 @@ impl Default for Settings {
             tree_samples: 100_000,
             uniform_share: 0.1,
             smoothing: None,
+            light_guide: true,
             optimiser: Optimiser::Mm,
             max_steps: 20,
             held_out: 0.1,

@@ -185,7 +185,7 @@ fn coordinates(light: &LightSourceInfo) -> [f64; 7] {
     let (position, normal) = match light.kind {
         SourceKind::Triangle { position, normal, .. } => (position, normal),
         SourceKind::Environment => (Vec3::ZERO, Vec3::ZERO),
-        SourceKind::Punctual { position, direction } => (position, direction),
+        SourceKind::Punctual { position, direction, .. } => (position, direction),
     };
     let [x, y, z] = position.as_dvec3().to_array();
     let [nx, ny, nz] = (0.5 * normal.as_dvec3()).to_array();

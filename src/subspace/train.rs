@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::centroid::{Centroids, largest_variance, systematic};
 use super::gamma::{Neighbours, Problem, ProblemBuilder, Term, optimise};
+use super::guide::GuideInput;
 use super::model::{Counts, Model, Seconds, TrainingReport};
 use super::normaliser::Normaliser;
 use super::prepare::{PathWeight, check_lights, weigh};
@@ -18,6 +19,9 @@ use crate::subspace::SubspaceError;
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
 /// power, which is a poor guide to the light that arrives from them.
 const LEAST_SOURCE_SUBSPACES: u32 = 16;
+/// Mean logarithm of how much denser guided light paths are where they are wanted, below which they are not guided: it costs
+/// kernels and time.
+const LEAST_GUIDE_GAIN: f64 = 0.05;
 /// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
 /// many.
 const NEIGHBOURS: usize = 4;
@@ -87,6 +91,21 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
     let optimised = optimise(&problem, settings.optimiser, settings.max_steps);
     let gamma = problem.expand(&optimised.q);
     seconds.gamma = clock.lap();
+    let input = GuideInput {
+        set,
+        weights: &weighed.paths,
+        labels: &labels,
+        gamma: &gamma,
+        q: &q,
+        lights,
+        sources: &sources,
+        subspaces,
+    };
+    let learnt = settings.light_guide.then(|| input.learn());
+    let guide_gain = learnt.as_ref().and_then(|(_, gain)| *gain);
+    let guide =
+        learnt.map(|(guide, _)| guide).filter(|_| guide_gain.is_none_or(|gain| gain >= LEAST_GUIDE_GAIN));
+    seconds.guide = clock.lap();
     seconds.total = start.elapsed().as_secs_f64();
 
     let counts = Counts {
@@ -116,6 +135,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         losses: optimised.losses,
         best_step: optimised.best_step,
         tried: optimised.tried,
+        guide_gain: guide_gain.unwrap_or_default(),
         seconds,
     };
     let q = q.iter().map(|&q| (q as f32).max(f32::MIN_POSITIVE)).collect();
@@ -130,6 +150,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         sources,
         gamma,
         q,
+        guide,
         report,
     })
 }

@@ -56,6 +56,8 @@ pub struct TrainingNode {
     pub eye: Feature,
     /// At x_{j+1}.
     pub light: LightEnd,
+    /// Unit, from x_j to x_{j+1}.
+    pub towards: Vec3,
     /// S PE(j) |f_y(x_n..x_{j+1})| / p: density of connecting at this edge, times what weights have it times
     /// ([`Connections::scale_at`]), over the density p of the path; before Gamma and 1/Q. Zero where an end is a delta vertex.
     pub mass: f32,
@@ -75,7 +77,7 @@ pub struct TrainingPath {
     pub p0: f32,
 }
 
-/// Paths with their nodes, in rows of variable length.
+/// Paths with their nodes, from the eye to the light, in rows of variable length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingSet {
     paths: Vec<TrainingPath>,

@@ -158,24 +158,26 @@ fn eye_side(
     let color = |c: [f32; 3]| Vec3::from(c).as_dvec3();
     let is_delta = |vertex: &TrainingVertex| vertex.depth_delta >> 16 != 0;
     let sampled = end.depth_sampled >> 16 != 0;
-    // f_y of the light sub-path that ends at x_{j+1}, times PE(j) over p.
+    // f_y of the light sub-path that ends at x_{j+1}, times PE(j) over p; from the light to the eye.
     let mut arriving = color(end.emitted);
     for (j, vertex) in vertices.iter().enumerate().rev() {
         let next = vertices.get(j + 1);
-        if !is_delta(vertex) && !next.is_some_and(is_delta) {
-            let light = match next {
-                Some(next) => LightEnd::Surface(Feature {
-                    direction: towards_light(vertices, j + 1, end),
-                    ..feature(next)
-                }),
-                None => match lights.get(end.vertex as usize) {
-                    Some(feature) => light_end(feature),
-                    None => LightEnd::Source { light: end.light, at: end.at },
-                },
-            };
-            let mass = arriving.element_sum() as f32 * connections.scale_at(j);
-            nodes.push(TrainingNode { eye: feature(vertex), light, mass });
-        }
+        let connects = !is_delta(vertex) && !next.is_some_and(is_delta);
+        let light = match next {
+            Some(next) => {
+                LightEnd::Surface(Feature { direction: towards_light(vertices, j + 1, end), ..feature(next) })
+            }
+            None => match lights.get(end.vertex as usize) {
+                Some(feature) => light_end(feature),
+                None => LightEnd::Source { light: end.light, at: end.at },
+            },
+        };
+        nodes.push(TrainingNode {
+            eye: feature(vertex),
+            light,
+            towards: towards_light(vertices, j, end),
+            mass: if connects { arriving.element_sum() as f32 * connections.scale_at(j) } else { 0.0 },
+        });
         // x_{j+1} scatters the light on to x_j.
         let (f, geometry) = match next {
             None => (color(end.f_light), end.geometry),
@@ -184,6 +186,7 @@ fn eye_side(
         };
         arriving *= f * f64::from(geometry) / f64::from(vertex.pdf_area);
     }
+    nodes.reverse();
 }
 
 /// The connections further along the light's sub-path, whose last vertex has the place `last` in the cache; returns
@@ -207,11 +210,15 @@ fn light_side(
         let (vertex, before) = (&lights[at], &lights[at - 1]);
         let position = Vec3::from(vertex.position);
         depth += 1;
-        if vertex.weight > 0.0 && before.weight > 0.0 {
-            let eye = Feature { position, normal: vertex.normal.into(), direction };
-            let mass = (ratio * inv_density * f64::from(before.weight)) as f32 * connections.scale_at(depth);
-            nodes.push(TrainingNode { eye, light: light_end(before), mass });
-        }
+        // A delta vertex has no weight.
+        let connects = vertex.weight > 0.0 && before.weight > 0.0;
+        let mass = (ratio * inv_density * f64::from(before.weight)) as f32 * connections.scale_at(depth);
+        nodes.push(TrainingNode {
+            eye: Feature { position, normal: vertex.normal.into(), direction },
+            light: light_end(before),
+            towards: vertex.direction.into(),
+            mass: if connects { mass } else { 0.0 },
+        });
         ratio *= f64::from(pdf_back) / f64::from(before.pdf_area);
         pdf_back = vertex.pdf_back;
         direction = (position - Vec3::from(before.position)).normalize_or_zero();

@@ -168,6 +168,16 @@ impl Clock {
             );
             choices.push(Choice::new("subspaces", model.subspaces, reason));
         }
+        if model.settings.light_guide {
+            let density = format!(
+                "they are {:.2} times as dense where their light is wanted",
+                model.report.guide_gain.exp()
+            );
+            choices.push(match model.guide {
+                Some(_) => Choice::new("light paths", "guided", density),
+                None => Choice::new("light paths", "not guided", format!("{density} only")),
+            });
+        }
         TrainingResult {
             model,
             tracing,

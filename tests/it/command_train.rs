@@ -44,7 +44,7 @@ fn a_model_stands_for_its_training() {
         assert!(seconds("preprocessing_seconds") > seconds("pretracing_seconds"));
     }
     assert!(train["camera_paths"].as_u64().is_some_and(|paths| paths >= 1000), "{train}");
-    assert_eq!(train["connections"], 3);
+    assert_eq!(train["connections"]["counts"], serde_json::json!([9, 2, 1]));
 
     case.run(&format!("{TRAIN} -o again.model")).assert(0, &[]);
     case.run("info --model again.model").assert(0, &[]);
@@ -52,7 +52,7 @@ fn a_model_stands_for_its_training() {
     assert_eq!(case.picture("again.exr").rgb, case.picture("by-model.exr").rgb);
     // Unbiased with another number of connections, so allowed, and said to who asks for more.
     case.run(&format!("{RENDER} --connections 2 --model cornell.model -v"))
-        .assert(0, &["trained for 3 connections, this render has 2"]);
+        .assert(0, &["trained for 9,2,1 connections with shares 3,2,1,4, this render has 2 connections"]);
 }
 
 /// What was chosen for this scene is said with its reason; what was asked for is not.
@@ -71,7 +71,7 @@ fn choices_are_said() {
     );
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(case.path("render.json")).expect("a report")).expect("JSON");
-    assert_eq!(report["choices"].as_array().map(Vec::len), Some(5), "{report}");
+    assert_eq!(report["choices"].as_array().map(Vec::len), Some(6), "{report}");
     assert_eq!(report["round_losses"].as_array().map(Vec::len), Some(1), "{report}");
     let run = case.run(&format!("{RENDER} --train-paths 900 --light-paths 99 --subspaces 5"));
     run.assert(0, &["samples that share light paths 8 ("]);
@@ -131,6 +131,8 @@ fn train_refuses_what_makes_no_sense() {
         ("builtin:cornell --uniform-share 0", "uniform_share"),
         ("builtin:cornell --tree-depth 99", "tree_depth"),
         ("builtin:cornell --connections 65", "--connections"),
+        ("builtin:cornell --connections 4,3,2,1", "one to three"),
+        ("builtin:cornell --shares 1,1,0,1", "four numbers"),
         ("builtin:cornell --max-depth 0", "--max-depth"),
         ("builtin:cornell --optimiser adam", "softmax"),
         ("builtin:cornell --camera 7", "no camera 7"),
@@ -162,7 +164,8 @@ fn info_tells_what_was_learnt() {
         "entropy",
         "bits",
         "held-out paths",
-        "3 connections",
+        "9,2,1 connections",
+        "light paths",
     ] {
         assert!(run.printed.contains(phrase), "'{phrase}' not in\n{}", run.printed);
     }

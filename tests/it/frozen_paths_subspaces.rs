@@ -151,6 +151,7 @@ fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, rando
         sources,
         gamma,
         q,
+        guide: None,
         report: TrainingReport::default(),
     }
 }

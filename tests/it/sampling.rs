@@ -217,9 +217,9 @@ fn vec3_of(bits: &[u32]) -> Vec3 {
 fn c15_sampling_twins() {
     let mut inputs = uniform_inputs(100_000);
     inputs.extend(extreme_pairs().map(|u| u.to_array().map(f32::to_bits)));
-    let outputs: Vec<[u32; 18]> = gpu::map(
+    let outputs: Vec<[u32; 20]> = gpu::map(
         &["lib/sampling"],
-        "fn twin(x: array<u32, 2>) -> array<u32, 18> {
+        "fn twin(x: array<u32, 2>) -> array<u32, 20> {
             let u = vec2f(bitcast<f32>(x[0]), bitcast<f32>(x[1]));
             let a = bitcast<vec3u>(sample_cosine_hemisphere(u));
             let b = bitcast<vec3u>(sample_uniform_hemisphere(u));
@@ -227,8 +227,9 @@ fn c15_sampling_twins() {
             let d = bitcast<vec3u>(sample_uniform_cone(u, 0.01));
             let e = bitcast<vec3u>(vec3f(sample_disk(u), cosine_hemisphere_pdf_solid(u.x)));
             let f = bitcast<vec3u>(sample_triangle(u));
-            return array<u32, 18>(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z,
-                                  d.x, d.y, d.z, e.x, e.y, e.z, f.x, f.y, f.z);
+            let g = bitcast<vec2u>(disk_to_square(sample_disk(u)));
+            return array<u32, 20>(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z,
+                                  d.x, d.y, d.z, e.x, e.y, e.z, f.x, f.y, f.z, g.x, g.y);
         }",
         &inputs,
     );
@@ -249,6 +250,11 @@ fn c15_sampling_twins() {
                 (found - expected).abs().max_element() <= tolerance,
                 "sampler {sampler} at {u}: {found} instead of {expected}"
             );
+        }
+        // Back to the square: of the host's disk by the host, of the shader's by the shader.
+        let back = Vec2::new(f32::from_bits(out[18]), f32::from_bits(out[19]));
+        for (back, tolerance) in [(sampling::disk_to_square(sampling::sample_disk(u)), 1e-6), (back, 1e-5)] {
+            assert!((back - u).abs().max_element() <= tolerance, "{u} comes back as {back}");
         }
         let z = f32::from_bits(out[2]);
         assert!(z > 0.0, "the shader's cosine hemisphere touches the horizon at {u}");

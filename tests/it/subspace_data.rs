@@ -62,7 +62,7 @@ pub fn lights() -> Vec<LightSourceInfo> {
         kind: SourceKind::Triangle { position: Vec3::new(x, 1.0, 0.5), normal: Vec3::NEG_Y, area },
         power,
     };
-    let punctual = SourceKind::Punctual { position: Vec3::splat(0.5), direction: Vec3::NEG_Y };
+    let punctual = SourceKind::Punctual { position: Vec3::splat(0.5), direction: Vec3::NEG_Y, cone: 2.0 };
     vec![
         triangle(0.4, 0.1, 2.0),
         triangle(0.6, 0.1, 2.0),
@@ -100,7 +100,7 @@ pub fn data(paths: usize, seed: u64) -> Data {
             .map(|_| {
                 let eye = feature(&mut stream);
                 let light = light_end(&mut stream, Some(&eye), lights.len() as u32);
-                TrainingNode { eye, light, mass: stream.f32() }
+                TrainingNode { eye, light, towards: Vec3::Y, mass: stream.f32() }
             })
             .collect();
         let p0 = if stream.f32() < 0.3 { 0.0 } else { stream.f32() };

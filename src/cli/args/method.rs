@@ -152,6 +152,9 @@ pub struct LearnArgs {
     /// were held out).
     #[arg(long, value_name = "SHARE", help_heading = LEARNING)]
     smoothing: Option<f64>,
+    /// Light paths go where surfaces scatter and lights shine, not where their light was found to be wanted.
+    #[arg(long, help_heading = LEARNING)]
+    no_light_guide: bool,
     #[arg(long, value_name = "STEPS", help_heading = LEARNING,
           help = format!("Steps that move the centres of the subspaces to the middle of what is nearest to them, up to 100 \
                           (default: {})", Settings::default().lloyd_steps))]
@@ -176,6 +179,7 @@ impl LearnArgs {
             (self.optimiser.is_some(), "--optimiser"),
             (self.uniform_share.is_some(), "--uniform-share"),
             (self.smoothing.is_some(), "--smoothing"),
+            (self.no_light_guide, "--no-light-guide"),
             (self.lloyd_steps.is_some(), "--lloyd-steps"),
             (self.tree_depth.is_some(), "--tree-depth"),
             (self.direction_weight.is_some(), "--direction-weight"),
@@ -194,6 +198,7 @@ impl LearnArgs {
             optimiser: self.optimiser.unwrap_or(default.optimiser),
             uniform_share: self.uniform_share.unwrap_or(default.uniform_share),
             smoothing: self.smoothing.or(default.smoothing),
+            light_guide: default.light_guide && !self.no_light_guide,
             lloyd_steps: self.lloyd_steps.unwrap_or(default.lloyd_steps),
             tree_depth: self.tree_depth.unwrap_or(default.tree_depth),
             direction_weight: self.direction_weight.unwrap_or(default.direction_weight),

@@ -21,9 +21,18 @@ const DEFENSIVE_SHARE: f64 = 0.1;
 /// What a light is, in unit space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SourceKind {
-    Triangle { position: Vec3, normal: Vec3, area: f32 },
+    Triangle {
+        position: Vec3,
+        normal: Vec3,
+        area: f32,
+    },
     Environment,
-    Punctual { position: Vec3, direction: Vec3 },
+    /// `cone`: 1 - cosine of the half angle that it shines into, 2 for all around; 0 of parallel light.
+    Punctual {
+        position: Vec3,
+        direction: Vec3,
+        cone: f32,
+    },
 }
 
 /// A light of the device's list.
@@ -235,8 +244,15 @@ impl Lights {
             }
             LIGHT_ENVIRONMENT => SourceKind::Environment,
             _ => {
-                let light = &self.punctual[light.index as usize];
-                SourceKind::Punctual { position: light.position.into(), direction: light.direction.into() }
+                let punctual = &self.punctual[light.index as usize];
+                let light_kind = light.kind;
+                let cone = match light_kind {
+                    LIGHT_POINT => 2.0,
+                    LIGHT_SPOT => 1.0 + punctual.angle_offset / punctual.angle_scale,
+                    _ => 0.0,
+                };
+                let (position, direction) = (punctual.position.into(), punctual.direction.into());
+                SourceKind::Punctual { position, direction, cone }
             }
         };
         let info = |light: &Light| LightSourceInfo { kind: kind(light), power: f64::from(light.pdf_select) };

@@ -44,15 +44,16 @@ pub(super) struct Stages {
 }
 
 impl Kernels {
-    /// Light paths only where there is `lights` to start them from.
+    /// Light paths only where there is `lights` to start them from; `guide`: they are guided.
     pub fn new(
         context: &Context,
         wavefront: &mut Wavefront,
         plan: &Plan,
         lights: bool,
+        guide: bool,
     ) -> Result<Self, DeviceError> {
         Ok(Self {
-            light: if lights { Some(LightKernels::new(context, wavefront, plan)?) } else { None },
+            light: if lights { Some(LightKernels::new(context, wavefront, plan, guide)?) } else { None },
             eye_shade: match plan.selector {
                 Some(_) => Some(wavefront.compile(context, "eye_shade", &[])?),
                 None => None,
@@ -62,8 +63,15 @@ impl Kernels {
 }
 
 impl LightKernels {
-    fn new(context: &Context, wavefront: &mut Wavefront, plan: &Plan) -> Result<Self, DeviceError> {
+    fn new(
+        context: &Context,
+        wavefront: &mut Wavefront,
+        plan: &Plan,
+        guide: bool,
+    ) -> Result<Self, DeviceError> {
         let features = light_features(plan);
+        let mut guided = features.clone();
+        guided.extend(guide.then_some(Feature::LightGuide));
         let closest_hit = match wavefront.has_alpha() {
             true => Some(wavefront.compile(context, "closest_hit", &features)?),
             false => None,
@@ -88,8 +96,8 @@ impl LightKernels {
             }),
         };
         Ok(Self {
-            rays: wavefront.compile(context, "light_rays", &features)?,
-            shade: wavefront.compile(context, "light_shade", &features)?,
+            rays: wavefront.compile(context, "light_rays", &guided)?,
+            shade: wavefront.compile(context, "light_shade", &guided)?,
             closest_hit,
             camera,
             cache,

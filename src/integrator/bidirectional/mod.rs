@@ -90,14 +90,15 @@ impl Bidirectional {
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let lights = wavefront.has_lights();
         let subspaces = match model {
-            Some(model) => Some(Subspaces::new(context, &mut wavefront, model)?),
+            Some(model) => Some(Subspaces::new(context, &mut wavefront, model, !plan.to_camera)?),
             None => None,
         };
         if learns {
             // Something to bind; more room comes with the first batch.
             wavefront.make_room_for_records(context, 1)?;
         }
-        let kernels = Kernels::new(context, &mut wavefront, &plan, lights)?;
+        let guide = subspaces.as_ref().is_some_and(|subspaces: &Subspaces| subspaces.guided);
+        let kernels = Kernels::new(context, &mut wavefront, &plan, lights, guide)?;
         let mut integrator = Self {
             wavefront,
             plan,

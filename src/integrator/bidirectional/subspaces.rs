@@ -3,6 +3,7 @@
 use crate::device::layout::{Hit, PathRay, Triangle};
 use crate::device::{Bound, Context, DeviceError, Kernel};
 use crate::subspace::Model;
+use crate::subspace::guide::{cell_bounds, even_cells};
 
 use crate::integrator::FirstSubspaces;
 use crate::integrator::wavefront::{Size, Stage, Wavefront};
@@ -15,6 +16,8 @@ pub(super) struct Subspaces {
     pub labels: Option<[Bound; 2]>,
     /// Sorts the cache.
     pub sort: Vec<Stage>,
+    /// Light paths are guided.
+    pub guided: bool,
     label_kernel: Kernel,
     counts: Kernel,
     scan: Kernel,
@@ -23,15 +26,22 @@ pub(super) struct Subspaces {
 }
 
 impl Subspaces {
-    /// Uploads the model and compiles.
+    /// Uploads the model and compiles. `may_guide`: weights do not ask where light paths go. They are guided then by this
+    /// and by all later models that know how, if this one does.
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
-    pub fn new(context: &Context, wavefront: &mut Wavefront, model: &Model) -> Result<Self, DeviceError> {
+    pub fn new(
+        context: &Context,
+        wavefront: &mut Wavefront,
+        model: &Model,
+        may_guide: bool,
+    ) -> Result<Self, DeviceError> {
         let mut compile = |name: &str| wavefront.compile(context, name, &[]);
         let subspaces = Self {
             labels: None,
             sort: Vec::new(),
+            guided: may_guide && model.guide.is_some(),
             label_kernel: compile("eye_labels")?,
             counts: compile("bucket_counts")?,
             scan: compile("bucket_scan")?,
@@ -62,6 +72,15 @@ impl Subspaces {
         buffers.upload(context, "gamma_alias", &tables.entries)?;
         let inv_q: Vec<f32> = model.q.iter().map(|q| 1.0 / q).collect();
         buffers.upload(context, "inv_q", &inv_q)?;
+        if self.guided {
+            let guide = model.guide.as_ref();
+            let cells = guide.map_or_else(|| even_cells(model.subspaces), |guide| guide.cells.clone());
+            buffers.upload(context, "guide_bounds", &cell_bounds(&cells))?;
+            // A model without a guide goes on with the picks of the one before.
+            if let Some(guide) = guide {
+                buffers.upload(context, "guide_picks", &guide.pick_table()?)?;
+            }
+        }
         buffers.create(context, "bucket_ends", u64::from(model.subspaces) * u64::from(RUNS) * 4)?;
         Ok(())
     }
