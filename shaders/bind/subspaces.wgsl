@@ -7,10 +7,11 @@
 @group(3) @binding(5) var<storage, read> light_tree: array<TreeNode>;
 /// Of each light: its first label, and how many cells it has along a side.
 @group(3) @binding(6) var<storage, read> source_labels: array<vec2u>;
-/// Probability of each light subspace (column) for each eye subspace (row), as the alias tables draw it.
+/// Probability of each light subspace (column) for each eye subspace (row), as the tables draw it.
 @group(3) @binding(7) var<storage, read> gamma_pdf: array<f32>;
-/// Threshold and alias of each slot, a table a row.
-@group(3) @binding(8) var<storage, read> gamma_alias: array<vec2u>;
+/// A table a row: words below the first number draw its column or one before it; the second is the first column that a word
+/// of this slot may draw, where K slots share all words evenly.
+@group(3) @binding(8) var<storage, read> gamma_cutpoints: array<vec2u>;
 /// 1 / Q of each light subspace.
 @group(3) @binding(9) var<storage, read> inv_q: array<f32>;
 

@@ -64,16 +64,19 @@ fn path_steps(dimension: u32) -> vec4u {
 #if light_paths
     return vec4u(0u);
 #else
-    // The point of the pixel, the first two directions and the first roulette.
+    // The point of the pixel, the first two directions, the first roulette, and the first vertex's subspaces.
     switch dimension {
         case DIMENSION_CAMERA: {
-            return vec4u(LATTICE_7[0], LATTICE_7[1], 0u, 0u);
+            return vec4u(LATTICE_8[0], LATTICE_8[1], 0u, 0u);
         }
         case DIMENSION_BSDF: {
-            return vec4u(LATTICE_7[2], LATTICE_7[3], 0u, LATTICE_7[4]);
+            return vec4u(LATTICE_8[2], LATTICE_8[3], 0u, LATTICE_8[4]);
+        }
+        case DIMENSION_LIGHT: {
+            return vec4u(LATTICE_8[7], 0u, 0u, 0u);
         }
         case DIMENSION_BSDF + BOUNCE_DIMENSIONS: {
-            return vec4u(LATTICE_7[5], LATTICE_7[6], 0u, 0u);
+            return vec4u(LATTICE_8[5], LATTICE_8[6], 0u, 0u);
         }
         default: {
             return vec4u(0u);

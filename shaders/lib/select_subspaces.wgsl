@@ -8,7 +8,18 @@
 #import lib/path_key
 #import lib/selection
 
-// Two stages: a light subspace by Gamma, and of it a vertex in proportion to |w|. Su, Li, Wang 2022.
+// Two stages: a light subspace by Gamma, and of it a vertex in proportion to |w|. Su, Li, Wang 2022. The subspaces of a
+// vertex's connections are systematic draws: evenly spaced in the row's running sum, from one random number.
+
+/// A light subspace by the row `first / K` of Gamma.
+fn draw_column(first: u32, word: u32) -> u32 {
+    let below = min(word, 0xfffffffeu);
+    var column = gamma_cutpoints[first + mul_high(below, batch.subspaces)].y;
+    while below >= gamma_cutpoints[first + column].x {
+        column++;
+    }
+    return column;
+}
 
 /// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
 fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
@@ -16,20 +27,20 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
         return Selection(NO_VERTEX, 0.0);
     }
     let eye_label = eye_labels[index].x;
-    let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
-    let mixed = pcg4d(vec4u(words.xyz, number));
-    let draw = alias_draw(mixed.xy, batch.subspaces);
-    let slot = gamma_alias[eye_label * batch.subspaces + draw.slot];
-    let light_label = alias_pick(draw, slot.x, slot.y);
+    let words = path_words(path, bounce_dimension(depth, DIMENSION_LIGHT));
+    // Units that the draws are apart. What is left over, N units of 2^32 at most, is never drawn.
+    let count = connections_at(depth);
+    let step = 0xffffffffu / count;
+    let light_label = draw_column(eye_label * batch.subspaces, number * step + mul_high(words.x, step));
     let range = bucket_range(light_label);
     // Where the subspace is empty this time, there is no connection, and no other draw: that would be a bias.
     if range.x == range.y {
         return Selection(NO_VERTEX, 0.0);
     }
     let n = range.y - range.x;
-    let item = bucket_items[draw_from_bucket(range, mixed.zw)];
+    let item = bucket_items[draw_from_bucket(range, pcg4d(vec4u(words.yzw, number)).xy)];
     let table_units = n << slot_bits(n);
-    let expected = f32(batch.light_path_count) * f32(connections_at(depth))
+    let expected = f32(batch.light_path_count) * f32(count)
         * gamma_pdf[eye_label * batch.subspaces + light_label];
     return Selection(item.x, f32(table_units) / f32(item.y) / expected);
 }

@@ -37,7 +37,7 @@ impl AliasTable {
     /// # Errors
     /// No weights, more than 2^28, a negative or non-finite one, or none above zero.
     pub fn new(weights: &[f64]) -> Result<Self, MathError> {
-        let units = units_of(weights)?;
+        let units = units_of(weights, weights.len() as u64 * SLOT)?;
         let entries = entries_of(&units);
         Ok(Self { entries, units })
     }
@@ -99,11 +99,10 @@ fn checked_sum(weights: &[f64]) -> Result<(f64, f64), MathError> {
     Ok((largest, sum))
 }
 
-/// Whole units in proportion to the weights. What rounding leaves over goes to the largest, which holds at least
-/// one slot.
-fn units_of(weights: &[f64]) -> Result<Vec<u64>, MathError> {
+/// Whole units, `total` in all, in proportion to the weights. What rounding leaves over goes to the largest, which holds
+/// at least its even share of them.
+pub(super) fn units_of(weights: &[f64], total: u64) -> Result<Vec<u64>, MathError> {
     let (largest, sum) = checked_sum(weights)?;
-    let total = weights.len() as u64 * SLOT;
     let share = total as f64 / sum;
     let unit =
         |weight: f64| if weight > 0.0 { ((weight / largest * share).round() as u64).max(1) } else { 0 };

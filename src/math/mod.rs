@@ -5,6 +5,7 @@
 pub mod alias;
 pub mod color;
 pub mod curve;
+pub mod cutpoints;
 pub mod date;
 pub mod equal_area;
 mod error;

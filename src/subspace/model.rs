@@ -11,7 +11,7 @@ use super::sources::{SourceLabels, label_of};
 use super::training::{Feature, LightEnd, TrainingInput};
 use super::tree::Tree;
 use crate::math::MathError;
-use crate::math::alias::{AliasEntry, AliasTable};
+use crate::math::cutpoints::{Cutpoint, Cutpoints};
 
 /// Classification, Gamma and Q of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +42,7 @@ pub struct Model {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GammaTables {
     /// K tables of K slots.
-    pub entries: Vec<AliasEntry>,
+    pub entries: Vec<Cutpoint>,
     /// Probability with which the table of the row draws the column, exact to the rounding of f32.
     pub pdf: Vec<f32>,
 }
@@ -75,18 +75,18 @@ impl Model {
         label_of(&self.sources, end, &self.light_tree)
     }
 
-    /// The alias table of every row.
+    /// The table of every row.
     ///
     /// # Errors
     /// A row that is no distribution; no row of a trained or loaded model is.
     pub fn tables(&self) -> Result<GammaTables, MathError> {
         let k = self.subspaces as usize;
-        let rows: Vec<(AliasTable, Vec<f32>)> = self
+        let rows: Vec<(Cutpoints, Vec<f32>)> = self
             .gamma
             .par_chunks(k)
             .map(|row| {
                 let weights: Vec<f64> = row.iter().map(|&p| f64::from(p)).collect();
-                let table = AliasTable::new(&weights)?;
+                let table = Cutpoints::new(&weights)?;
                 let pdf = (0..k).map(|column| table.pdf_select(column) as f32).collect();
                 Ok((table, pdf))
             })

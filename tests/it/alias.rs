@@ -2,6 +2,7 @@
 
 use halfway::math::MathError;
 use halfway::math::alias::{AliasTable, defensive_mix};
+use halfway::math::cutpoints::Cutpoints;
 
 use crate::gpu;
 use crate::random::Stream;
@@ -143,5 +144,37 @@ fn c15_alias_twin_is_equal() {
             "{word0:x} {word1:x} {n}"
         );
         assert!(slot < n);
+    }
+}
+
+/// Every word draws the first entry whose running sum is above it, and each entry as often as is reported.
+#[test]
+fn cutpoints_draw_by_the_running_sum() {
+    let mut random = Stream::new(31);
+    for n in [1, 2, 3, 300] {
+        let sparse =
+            |random: &mut Stream| if random.f32() < 0.3 { 0.0 } else { f64::from(random.f32()).powi(8) };
+        let mut weights: Vec<f64> = (0..n).map(|_| sparse(&mut random)).collect();
+        weights[n / 2] = 1.0;
+        let table = Cutpoints::new(&weights).expect("weights");
+        let sums: Vec<u64> = (0..n)
+            .scan(0.0, |sum, index| {
+                *sum += table.pdf_select(index) * 2f64.powi(32);
+                Some(*sum as u64)
+            })
+            .collect();
+        assert_eq!(sums[n - 1], 1 << 32);
+        let total: f64 = weights.iter().sum();
+        for (index, weight) in weights.iter().enumerate() {
+            let pdf = table.pdf_select(index);
+            assert!((pdf - weight / total).abs() <= n as f64 * 2f64.powi(-32), "{index} of {n}: {pdf}");
+            assert_eq!(pdf > 0.0, *weight > 0.0);
+        }
+        let edges = sums.iter().flat_map(|&sum| [sum.saturating_sub(1), sum, sum + 1]);
+        let edges = edges.filter_map(|word| u32::try_from(word).ok()).filter(|&word| word < u32::MAX);
+        for word in edges.chain((0..10_000).map(|_| random.word().min(u32::MAX - 1))) {
+            let expected = sums.iter().position(|&sum| sum > u64::from(word)).expect("an entry");
+            assert_eq!(table.sample(word), expected, "{word} of {n}");
+        }
     }
 }

@@ -69,7 +69,7 @@ impl Subspaces {
         buffers.upload(context, "source_labels", &model.sources)?;
         let tables = model.tables()?;
         buffers.upload(context, "gamma_pdf", &tables.pdf)?;
-        buffers.upload(context, "gamma_alias", &tables.entries)?;
+        buffers.upload(context, "gamma_cutpoints", &tables.entries)?;
         let inv_q: Vec<f32> = model.q.iter().map(|q| 1.0 / q).collect();
         buffers.upload(context, "inv_q", &inv_q)?;
         if self.guided {
