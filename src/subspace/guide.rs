@@ -21,12 +21,12 @@ use crate::math::sampling::disk_to_square;
 pub const GUIDE_SIDE: usize = 8;
 /// Cells of a row.
 pub const GUIDE_CELLS: usize = GUIDE_SIDE * GUIDE_SIDE;
-/// Share of the histogram in what is drawn from, beside an even choice.
+/// Most that a histogram has of what is drawn from, beside an even choice.
 const MOST_SHARE: f64 = 0.5;
-/// Paths from which on it has all of it; with fewer, less.
-const ENOUGH_PATHS: f64 = 1e5;
-/// Paths per task. Fixed: sums are cut in the same places for any number of threads.
-const TASK: usize = 1 << 16;
+/// A histogram has half of that where as many independent observations made it as it has cells.
+const OBSERVATIONS_PER_CELL: f64 = 1.0;
+/// Of light sub-paths and eye paths, so many of all judge what the others taught.
+const JUDGES: u64 = 8;
 
 /// Probabilities by which light paths are drawn; all of them positive where there is light.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,10 @@ pub struct LightGuide {
 impl LightGuide {
     /// Says nothing.
     pub fn even(subspaces: u32, lights: &[LightSourceInfo]) -> Self {
-        Self { cells: even_cells(subspaces), picks: lights.iter().map(|light| light.power as f32).collect() }
+        Self {
+            cells: even_cells(subspaces),
+            picks: powers(lights).into_iter().map(|power| power as f32).collect(),
+        }
     }
 
     /// The lights' alias table as the device draws from it.
@@ -58,6 +61,12 @@ impl LightGuide {
         };
         Ok(table.entries().iter().enumerate().map(pick).collect())
     }
+}
+
+/// Of each light, as a share of all.
+fn powers(lights: &[LightSourceInfo]) -> Vec<f64> {
+    let total: f64 = lights.iter().map(|light| light.power).sum();
+    lights.iter().map(|light| light.power / total).collect()
 }
 
 /// Rows that say nothing.
@@ -105,48 +114,43 @@ pub(super) struct GuideInput<'a> {
     pub subspaces: u32,
 }
 
-/// Light that goes on from each subspace into each cell, and that each light sends.
-#[derive(Clone)]
-struct Sums {
-    cells: Vec<f64>,
-    lights: Vec<f64>,
+/// Light that was seen to set out.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// A light subspace, or a group of lights.
+    row: u32,
+    cell: u32,
+    /// What was seen with the same eye path or light sub-path is one observation.
+    by: u64,
+    weight: f64,
 }
 
 impl GuideInput<'_> {
-    /// The guide, from the paths that are not held out; and the mean of the logarithm of its density over that of even
-    /// choices along light paths that are, each as it counts: 0 where it says nothing. `None` where none is held out.
+    /// The guide; and the mean of the logarithm of its density over that of even choices along light paths that had no part
+    /// in it, each as it counts: 0 where it says nothing. `None` where there are none.
     pub fn learn(&self) -> (LightGuide, Option<f64>) {
-        let paths = self.weights.len();
-        let parts: Vec<Sums> = (0..paths)
-            .step_by(TASK)
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .map(|first| {
-                let mut sums = self.nothing();
-                for path in (first..paths.min(first + TASK)).filter(|&path| !self.weights[path].held_out) {
-                    self.edges(path, |label, cell, weight| sums.cells[label * GUIDE_CELLS + cell] += weight);
-                    self.light(path, |light, weight| sums.lights[light] += weight);
-                }
-                sums
-            })
-            .collect();
-        let mut sums = self.nothing();
-        for part in parts {
-            sums.cells.iter_mut().zip(part.cells).for_each(|(sum, part)| *sum += part);
-            sums.lights.iter_mut().zip(part.lights).for_each(|(sum, part)| *sum += part);
-        }
-        let taught = self.weights.iter().filter(|path| path.weight > 0.0 && !path.held_out).count();
-        let share = MOST_SHARE * (taught as f64 / ENOUGH_PATHS).min(1.0);
-        let guide = LightGuide {
-            cells: sums.cells.chunks(GUIDE_CELLS).flat_map(|row| mixed(row, share)).collect(),
-            picks: self.picks(&sums.lights, share),
+        let paths = 0..self.weights.len();
+        let of_edges = |path: usize| {
+            let mut seen = Vec::new();
+            self.edges(path, |one| seen.push(one));
+            seen
         };
-        let gain = self.gain(&guide);
-        (guide, gain)
-    }
+        let of_lights = |path: usize| self.light(path);
+        let (judging, taught): (Vec<Seen>, Vec<Seen>) =
+            paths.clone().into_par_iter().flat_map_iter(of_edges).partition(|seen| judges(seen.by));
+        let lights: Vec<Seen> = paths.into_par_iter().filter_map(of_lights).collect();
 
-    fn nothing(&self) -> Sums {
-        Sums { cells: vec![0.0; self.subspaces as usize * GUIDE_CELLS], lights: vec![0.0; self.lights.len()] }
+        let mut cells = vec![0.0; self.subspaces as usize * GUIDE_CELLS];
+        let trust = rows(taught, self.subspaces, |seen| {
+            cells[seen.row as usize * GUIDE_CELLS + seen.cell as usize] += seen.weight;
+        });
+        let cells = cells.chunks(GUIDE_CELLS).zip(trust).flat_map(|(row, observations)| {
+            let share = share_of(observations, GUIDE_CELLS as f64);
+            mixed(row, share)
+        });
+        let guide = LightGuide { cells: cells.collect(), picks: self.picks(lights) };
+        let gain = gain(&guide, &judging);
+        (guide, gain)
     }
 
     /// Densities of connecting at the path's nodes, over that of the path; and their sum with that of being hit.
@@ -161,9 +165,9 @@ impl GuideInput<'_> {
         (densities, total)
     }
 
-    /// Visits the edges of a path that its light side may have sampled: light subspace and cell of where light sets out, and
-    /// the path's weight times the share of strategies that sample the edge so.
-    fn edges(&self, path: usize, mut visit: impl FnMut(usize, usize, f64)) {
+    /// Visits the edges of a path that its light side may have sampled: where light sets out and whereto, with the path's
+    /// weight times the share of strategies that sample the edge so.
+    fn edges(&self, path: usize, mut visit: impl FnMut(Seen)) {
         let weight = self.weights[path].weight;
         if weight == 0.0 {
             return;
@@ -172,29 +176,37 @@ impl GuideInput<'_> {
         if !(total > 0.0 && total.is_finite()) {
             return;
         }
+        let of = &self.set.paths()[path];
         // Strategies that connect nearer to the eye.
         let mut nearer = 0.0;
-        for (at, density) in self.set.nodes_of(path).zip(densities) {
+        for (number, (at, density)) in self.set.nodes_of(path).zip(densities).enumerate() {
             let node = &self.set.nodes()[at];
             if nearer > 0.0
                 && let Some(cell) = self.cell(node)
             {
-                visit(self.labels[at].1 as usize, cell, weight * nearer / total);
+                let by_eye = (number as u32) < of.eye_edges;
+                let by = if by_eye { eye_path(self.set.group_of(path)) } else { of.light_path };
+                visit(Seen {
+                    row: self.labels[at].1,
+                    cell: cell as u32,
+                    by,
+                    weight: weight * nearer / total,
+                });
             }
             nearer += density;
         }
     }
 
-    /// Visits the light that a path ends on, with the path's weight times the share of strategies that start from there.
-    fn light(&self, path: usize, mut visit: impl FnMut(usize, f64)) {
+    /// The light that a path ends on, as its group of lights, with the path's weight times the share of strategies that
+    /// start from there.
+    fn light(&self, path: usize) -> Option<Seen> {
         let weight = self.weights[path].weight;
-        let last = self.set.nodes_of(path).last().map(|at| self.set.nodes()[at].light);
-        if let (true, Some(LightEnd::Source { light, .. })) = (weight > 0.0, last) {
-            let (densities, total) = self.densities(path);
-            if total > 0.0 && total.is_finite() {
-                visit(light as usize, weight * densities.iter().sum::<f64>() / total);
-            }
-        }
+        let last = self.set.nodes_of(path).last().map(|at| self.set.nodes()[at].light)?;
+        let LightEnd::Source { light, .. } = last else { return None };
+        let (densities, total) = self.densities(path);
+        let weight = weight * densities.iter().sum::<f64>() / total;
+        let (row, by) = (self.sources[light as usize].first, self.set.paths()[path].light_path);
+        (weight > 0.0 && weight.is_finite()).then_some(Seen { row, cell: 0, by, weight })
     }
 
     /// Where in the square light sets out from a node's light end to its eye end. `None`: no such direction is drawn.
@@ -223,36 +235,70 @@ impl GuideInput<'_> {
     }
 
     /// Lights share what was learnt of their group, each by its power: single ones may be too many to know.
-    fn picks(&self, sums: &[f64], share: f64) -> Vec<f32> {
+    fn picks(&self, seen: Vec<Seen>) -> Vec<f32> {
         let mut groups = vec![[0.0; 2]; self.subspaces as usize];
-        for ((light, of), sum) in self.lights.iter().zip(self.sources).zip(sums) {
-            groups[of.first as usize][0] += light.power;
-            groups[of.first as usize][1] += sum;
+        let powers = powers(self.lights);
+        for (power, of) in powers.iter().zip(self.sources) {
+            groups[of.first as usize][0] += power;
         }
-        let total: f64 = sums.iter().sum();
-        let pick = |(light, of): (&LightSourceInfo, &SourceLabels)| {
-            let [power, sum] = groups[of.first as usize];
-            let learnt = if total > 0.0 && power > 0.0 { sum / total / power } else { 1.0 };
-            (light.power * (1.0 - share + share * learnt)) as f32
+        let observations: f64 =
+            rows(seen, self.subspaces, |seen| groups[seen.row as usize][1] += seen.weight).into_iter().sum();
+        let kinds = groups.iter().filter(|[power, _]| *power > 0.0).count();
+        let share = share_of(observations, kinds as f64);
+        let total: f64 = groups.iter().map(|[_, sum]| sum).sum();
+        let pick = |(power, of): (&f64, &SourceLabels)| {
+            let [of_group, sum] = groups[of.first as usize];
+            let learnt = if total > 0.0 && of_group > 0.0 { sum / total / of_group } else { 1.0 };
+            (power * (1.0 - share + share * learnt)) as f32
         };
-        self.lights.iter().zip(self.sources).map(pick).collect()
+        powers.iter().zip(self.sources).map(pick).collect()
     }
+}
 
-    fn gain(&self, guide: &LightGuide) -> Option<f64> {
-        let of_path = |path: usize| {
-            let mut sums = [0.0; 2];
-            self.edges(path, |label, cell, weight| {
-                let density = f64::from(guide.cells[label * GUIDE_CELLS + cell]) * GUIDE_CELLS as f64;
-                sums[0] += weight * density.ln();
-                sums[1] += weight;
-            });
-            sums
-        };
-        let held_out = (0..self.weights.len()).into_par_iter().filter(|&path| self.weights[path].held_out);
-        let sums: Vec<[f64; 2]> = held_out.map(of_path).collect();
-        let [gain, weight] = [0, 1].map(|which| sums.iter().map(|sums| sums[which]).sum::<f64>());
-        (weight > 0.0).then_some(gain / weight)
+/// Of an eye path, apart from all light paths.
+fn eye_path(group: u32) -> u64 {
+    1 << 63 | u64::from(group)
+}
+
+/// By what was seen, so that no observation is on both sides.
+fn judges(by: u64) -> bool {
+    (by.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) % JUDGES == 0
+}
+
+/// Visits everything that was seen, row by row; returns how many independent observations of equal weight each row is worth
+/// (Kish, Survey Sampling, 1965).
+fn rows(mut seen: Vec<Seen>, count: u32, mut visit: impl FnMut(&Seen)) -> Vec<f64> {
+    // Stable, so that sums have one order.
+    seen.par_sort_by_key(|one| (one.row, one.by));
+    let mut worth = vec![0.0; count as usize];
+    for row in seen.chunk_by(|a, b| a.row == b.row) {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for observation in row.chunk_by(|a, b| a.by == b.by) {
+            let weight: f64 = observation.iter().map(|one| one.weight).sum();
+            sum += weight;
+            squares += weight * weight;
+        }
+        row.iter().for_each(&mut visit);
+        if let Some(worth) = worth.get_mut(row[0].row as usize).filter(|_| squares > 0.0) {
+            *worth = sum * sum / squares;
+        }
     }
+    worth
+}
+
+/// Of what is drawn from, by how much is known.
+fn share_of(observations: f64, cells: f64) -> f64 {
+    MOST_SHARE * observations / (observations + OBSERVATIONS_PER_CELL * cells)
+}
+
+fn gain(guide: &LightGuide, judging: &[Seen]) -> Option<f64> {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for seen in judging {
+        let cell = guide.cells[seen.row as usize * GUIDE_CELLS + seen.cell as usize];
+        sum += seen.weight * (f64::from(cell) * GUIDE_CELLS as f64).ln();
+        total += seen.weight;
+    }
+    (total > 0.0).then_some(sum / total)
 }
 
 /// A share of what was learnt of a row, the rest evenly; all of it where nothing was.
@@ -274,4 +320,113 @@ fn hemisphere_square(normal: Vec3, leaves: Vec3) -> Option<glam::Vec2> {
 fn disk(leaves: Vec3, position: Vec3) -> glam::Vec2 {
     let local = Frame::from_normal(leaves).to_local(position);
     disk_to_square(local.truncate())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+    use crate::math::sampling::{sample_cosine_hemisphere, sample_disk, sample_uniform_cone};
+    use crate::subspace::TrainingPath;
+
+    const NORMAL: Vec3 = Vec3::new(0.48, -0.6, 0.64);
+
+    /// A light, and how a ray sets out from it for a point of the square: where it arrives, and its direction.
+    type Sends = fn(Vec2) -> (Vec3, Vec3);
+
+    fn light(kind: SourceKind) -> LightSourceInfo {
+        LightSourceInfo { kind, power: 1.0 }
+    }
+
+    /// Two edges: the light sets out along `leaves` to a surface at `position`, and goes on to the eye's vertex.
+    fn path(set: &mut TrainingSet, light_path: u64, source: LightEnd, position: Vec3, leaves: Vec3) {
+        let surface = Feature { position, normal: -leaves, direction: -leaves };
+        let seen = Feature { position: Vec3::ZERO, normal: Vec3::Z, direction: Vec3::Z };
+        let nodes = [
+            TrainingNode { eye: seen, light: LightEnd::Surface(surface), towards: Vec3::Z, mass: 1.0 },
+            TrainingNode { eye: surface, light: source, towards: -leaves, mass: 1.0 },
+        ];
+        let path = TrainingPath { tile: 0, contribution: 1.0, share: 1.0, p0: 0.0, eye_edges: 1, light_path };
+        set.push_path(light_path as u32, path, &nodes);
+    }
+
+    /// What a set of such paths teaches of a light with label 0; surfaces have label 1.
+    fn learn(set: &TrainingSet, lights: &[LightSourceInfo]) -> (LightGuide, Option<f64>) {
+        let weights = vec![PathWeight { squared: 1.0, weight: 1.0, held_out: false }; set.paths().len()];
+        let labels: Vec<(u32, u32)> = (0..set.nodes().len()).map(|node| (0, 1 - node as u32 % 2)).collect();
+        let sources = vec![SourceLabels { first: 0, divisions: 1 }; lights.len()];
+        let (gamma, q) = ([0.5; 4], [1.0; 2]);
+        let (weights, labels, sources) = (&weights[..], &labels[..], &sources[..]);
+        GuideInput { set, weights, labels, gamma: &gamma, q: &q, lights, sources, subspaces: 2 }.learn()
+    }
+
+    /// The host finds the cell that the device would draw a ray from, for every kind of light.
+    #[test]
+    fn cells_are_those_that_rays_are_drawn_from() {
+        let sends: [(SourceKind, Sends); 4] = [
+            (SourceKind::Triangle { position: Vec3::ZERO, normal: NORMAL, area: 1.0 }, |u| {
+                let leaves = Frame::from_normal(NORMAL).to_world(sample_cosine_hemisphere(u));
+                (leaves, leaves)
+            }),
+            (SourceKind::Punctual { position: Vec3::ZERO, direction: NORMAL, cone: 0.02 }, |u| {
+                let leaves = Frame::from_normal(NORMAL).to_world(sample_uniform_cone(u, 0.02));
+                (leaves, leaves)
+            }),
+            (SourceKind::Punctual { position: Vec3::ZERO, direction: NORMAL, cone: 2.0 }, |u| {
+                let leaves = Frame::from_normal(Vec3::Z).to_world(sample_uniform_cone(u, 2.0));
+                (leaves, leaves)
+            }),
+            (SourceKind::Environment, |u| {
+                (Frame::from_normal(NORMAL).to_world(sample_disk(u).extend(0.3)), NORMAL)
+            }),
+        ];
+        for (kind, send) in sends {
+            for (x, y) in (0..GUIDE_SIDE).flat_map(|x| (0..GUIDE_SIDE).map(move |y| (x, y))) {
+                let u = (Vec2::new(x as f32, y as f32) + 0.4) / GUIDE_SIDE as f32;
+                let (position, leaves) = send(u);
+                let mut set = TrainingSet::new(8, 8);
+                let source = LightEnd::Source { light: 0, at: [0.0; 2] };
+                (0..200).for_each(|light_path| path(&mut set, light_path, source, position, leaves));
+                let (guide, gain) = learn(&set, &[light(kind)]);
+                let most = guide.cells[x * GUIDE_SIDE + y];
+                let others = (1.0 - most) / (GUIDE_CELLS - 1) as f32;
+                assert!(most > 20.0 * others, "{kind:?} at {u}: {most}");
+                assert!(gain.is_some_and(|gain| gain > 2.0), "{gain:?}");
+                // Nothing was seen of where surfaces send their light.
+                assert!(guide.cells[GUIDE_CELLS..].iter().all(|&cell| cell == 1.0 / GUIDE_CELLS as f32));
+            }
+        }
+    }
+
+    /// Many paths by way of one light sub-path are one observation.
+    #[test]
+    fn one_light_path_teaches_little() {
+        let kind = SourceKind::Triangle { position: Vec3::ZERO, normal: NORMAL, area: 1.0 };
+        let most = |light_paths: u64| {
+            let mut set = TrainingSet::new(8, 8);
+            let source = LightEnd::Source { light: 0, at: [0.0; 2] };
+            (0..1000).for_each(|one| path(&mut set, 1 + one % light_paths, source, NORMAL, NORMAL));
+            learn(&set, &[light(kind)]).0.cells[..GUIDE_CELLS].iter().copied().fold(0.0, f32::max)
+        };
+        let [one, many] = [1, 1000].map(most);
+        assert!(one < 0.03 && many > 0.4, "{one}, {many}");
+    }
+
+    /// The device's intervals hold all of [0, 1), each as much as its cell.
+    #[test]
+    fn bounds_are_of_the_cells() {
+        let mut row: Vec<f32> = (0..GUIDE_CELLS).map(|cell| 1.0 + (cell * 7 % 11) as f32).collect();
+        let sum: f32 = row.iter().sum();
+        row.iter_mut().for_each(|cell| *cell /= sum);
+        let bounds = cell_bounds(&row);
+        let width = |first: usize, index: usize| {
+            bounds[first + index] - if index > 0 { bounds[first + index - 1] } else { 0.0 }
+        };
+        for (cell, share) in row.iter().enumerate() {
+            let (column, inside) = (cell / GUIDE_SIDE, cell % GUIDE_SIDE);
+            let product = width(0, column) * width(GUIDE_SIDE * (1 + column), inside);
+            assert!((product - share).abs() < 1e-6, "{cell}: {product}, not {share}");
+        }
+    }
 }

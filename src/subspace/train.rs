@@ -19,9 +19,9 @@ use crate::subspace::SubspaceError;
 /// Subspaces that points on lights may have in any case, up to half of all: kinds of light that share one are chosen by
 /// power, which is a poor guide to the light that arrives from them.
 const LEAST_SOURCE_SUBSPACES: u32 = 16;
-/// Mean logarithm of how much denser guided light paths are where they are wanted, below which they are not guided: it costs
-/// kernels and time.
-const LEAST_GUIDE_GAIN: f64 = 0.05;
+/// Mean logarithm of how much denser guided light paths are where they are wanted, below which they are not guided: at .3 it
+/// gained nothing, at 1.2 half (docs/measurements.md, Connections and shares by depth).
+const LEAST_GUIDE_GAIN: f64 = 0.4;
 /// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
 /// many.
 const NEIGHBOURS: usize = 4;

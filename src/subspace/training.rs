@@ -75,6 +75,10 @@ pub struct TrainingPath {
     pub share: f32,
     /// What of the mixture's density does not depend on Gamma, over p: H PE(n) / p.
     pub p0: f32,
+    /// How many of its nodes, from the eye on, are edges that the eye's side made; the light sub-path that made the others.
+    /// Paths with the same one tell the same of them.
+    pub eye_edges: u32,
+    pub light_path: u64,
 }
 
 /// Paths with their nodes, from the eye to the light, in rows of variable length.

@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::device::layout::LightFeature;
 use crate::device::{DeviceError, Kernel};
 use crate::film::Region;
-use crate::math::statistics::geometric_mean;
+use crate::math::statistics::{geometric_mean, mean};
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::TrainingError;
@@ -31,9 +31,9 @@ const RECORDS_A_PATH: u32 = 8;
 /// many, of some 100 bytes each.
 const ENOUGH_NODES: usize = 1_500_000;
 
-/// Variance by the choice of a connection, where an eye vertex has one, over that by eye paths, whatever they connect to:
-/// 1.6 to 2.9 in five scenes (docs/measurements.md, Connections). Rounds lower the first only.
-const VARIANCE_OF_A_CONNECTION: f64 = 2.0;
+/// Variance by the choice of a connection, where an eye vertex has one, over that by eye paths, whatever they connect to.
+/// Rounds lower the first only: as much as with this in two scenes (docs/measurements.md, Connections and shares by depth).
+const VARIANCE_OF_A_CONNECTION: f64 = 4.0;
 /// What a round gains, of what the two before it did on average (docs/measurements.md, Longer renders).
 const GAIN_OF_THE_NEXT: f64 = 0.5;
 /// Rounds that a warm start does without.
@@ -233,7 +233,8 @@ impl Trainer {
     fn not_worth_another(&self, task: &TrainingTask) -> Option<String> {
         let known = &self.losses[self.losses.len().saturating_sub(2)..];
         let gain = if known.is_empty() { 0.0 } else { 1.0 - geometric_mean(known) };
-        let (training, connections) = (&task.training, f64::from(task.connections().counts[0]));
+        let counts = task.connections().counts.map(f64::from);
+        let (training, connections) = (&task.training, mean(&counts));
         let share_of_choice = VARIANCE_OF_A_CONNECTION / (VARIANCE_OF_A_CONNECTION + connections);
         let variance = GAIN_OF_THE_NEXT * gain * share_of_choice;
         // The next round comes when there is twice as much to learn from.

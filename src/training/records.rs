@@ -138,8 +138,16 @@ fn gather(
         let pixel = batch.first_pixel + end.path % batch.pixel_count;
         let x = batch.crop_x + batch.crop_stride * (pixel % batch.crop_width);
         let y = batch.crop_y + batch.crop_stride * (pixel / batch.crop_width);
-        let (tile, p0) = (set.tile_of(x, y), p0 * connections.hit_scale());
-        let path = TrainingPath { tile, contribution: end.contribution, share: end.share, p0 };
+        // The cache's places are those of an iteration.
+        let first = lights.get(end.vertex as usize).map_or(0, |y| end.vertex - y.depth);
+        let path = TrainingPath {
+            tile: set.tile_of(x, y),
+            contribution: end.contribution,
+            share: end.share,
+            p0: p0 * connections.hit_scale(),
+            eye_edges: (end.depth_sampled & 0xffff) + 1,
+            light_path: u64::from(batch.first_sample) << 32 | u64::from(first),
+        };
         // Paths that share their eye's part tell much the same.
         let group = batch.first_sample.wrapping_mul(0x9e37_79b9).wrapping_add(batch.first_pixel + end.path);
         set.push_path(group, path, &nodes);

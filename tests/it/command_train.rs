@@ -75,7 +75,7 @@ fn choices_are_said() {
     assert_eq!(report["round_losses"].as_array().map(Vec::len), Some(1), "{report}");
     let run = case.run(&format!("{RENDER} --train-paths 900 --light-paths 99 --subspaces 5"));
     run.assert(0, &["samples that share light paths 8 ("]);
-    assert_eq!(run.said.matches("chosen: ").count(), 2, "{}", run.said);
+    assert_eq!(run.said.matches("chosen: ").count(), 3, "{}", run.said);
     // The number of rounds makes a render's own learning that of `train`, whatever its budget.
     case.run("train builtin:cornell --size 32x32 --rounds 2 --seed 3").assert(0, &["chosen: rounds 2"]);
     case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[]);

@@ -42,6 +42,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     TextureSlot,
     Light,
     PunctualLight,
+    GuidePick,
     FirstHitPixel,
     TreeNode,
 ];

@@ -106,7 +106,7 @@ pub fn data(paths: usize, seed: u64) -> Data {
         let p0 = if stream.f32() < 0.3 { 0.0 } else { stream.f32() };
         let contribution = 0.1 + stream.f32() * stream.f32();
         path_lengths.push(nodes.len());
-        let path = TrainingPath { tile, contribution, share: 1.0, p0 };
+        let path = TrainingPath { tile, contribution, share: 1.0, p0, eye_edges: count, light_path: 0 };
         set.push_path(set.paths().len() as u32, path, &nodes);
     }
     let light_samples = (0..paths / 2)

@@ -1,6 +1,7 @@
 //! Models on disk: whole, or refused with advice.
 
-use halfway::subspace::{Model, Optimiser, Settings, SubspaceError};
+use halfway::subspace::guide::even_cells;
+use halfway::subspace::{LightGuide, Model, Optimiser, Settings, SubspaceError};
 
 use crate::subspace_data::data;
 
@@ -12,8 +13,12 @@ fn model() -> Model {
         smoothing: Some(0.25),
         ..Settings::default()
     };
+    let mut model = data(1000, 1).train(&settings);
+    model
+        .guide
+        .get_or_insert_with(|| LightGuide { cells: even_cells(20), picks: vec![0.1; model.sources.len()] });
     // A seed that needs more than 32 bits.
-    Model { seed: 1 << 40, ..data(1000, 1).train(&settings) }
+    Model { seed: 1 << 40, ..model }
 }
 
 /// What reading the file gives when its bytes were changed like that.
@@ -41,7 +46,7 @@ fn models_that_do_not_fit_are_refused() {
     let other = Model { scene_hash: 8, ..model.clone() };
     assert!(matches!(load(&other, |_| ()), Err(SubspaceError::WrongScene { .. })));
     let newer = load(&model, |bytes| bytes[8] += 1);
-    assert!(matches!(newer, Err(SubspaceError::Version { found: 3, expected: 2, .. })));
+    assert!(matches!(newer, Err(SubspaceError::Version { found: 4, expected: 3, .. })));
     let picture = load(&model, |bytes| bytes[..8].copy_from_slice(b"\x89PNG\r\n\x1a\n"));
     assert!(matches!(picture, Err(SubspaceError::NotAModel { .. })));
     assert!(matches!(load(&model, Vec::clear), Err(SubspaceError::NotAModel { .. })));
@@ -72,6 +77,8 @@ fn models_cut_off_or_damaged_are_refused() {
         |model: &mut Model| model.gamma[5] += 0.5,
         |model: &mut Model| model.sources[0].first = 20,
         |model: &mut Model| model.gamma.truncate(399),
+        |model: &mut Model| model.connections.shares[1] = 0.0,
+        |model: &mut Model| model.guide.as_mut().expect("a guide").cells[70] = 0.0,
     ] {
         let mut spoilt = model.clone();
         spoil(&mut spoilt);
