@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::document::{Document, at, part};
+use gltf::json::{self, Index, buffer};
+
+use super::document::{Document, at};
 use super::{LoadOptions, uri};
 use crate::scene::SceneError;
 
@@ -43,11 +45,15 @@ impl<'a> Buffers<'a> {
                 (None, _) => None,
             };
             if let Some(bytes) = &bytes {
-                if (bytes.len() as u64) < buffer.byte_length {
+                if (bytes.len() as u64) < buffer.byte_length.0 {
                     return Err(SceneError::invalid(
                         format!("buffers[{index}]"),
                         "BUFFER_BYTE_LENGTH_MISMATCH",
-                        format!("byteLength is {}, but there are {} bytes", buffer.byte_length, bytes.len()),
+                        format!(
+                            "byteLength is {}, but there are {} bytes",
+                            buffer.byte_length.0,
+                            bytes.len()
+                        ),
                     ));
                 }
                 total = total.saturating_add(bytes.len() as u64);
@@ -62,43 +68,47 @@ impl<'a> Buffers<'a> {
     }
 
     /// Buffer view `index`, checked against its buffer; `from` names the place of the reference.
-    pub fn view(&self, index: u64, from: &str) -> Result<View<'_>, SceneError> {
-        let view = part(&self.document.buffer_views, index, "bufferViews", from)?;
-        let place = || format!("bufferViews[{index}]");
-        at(&self.document.buffers, view.buffer, "buffers", &place())?;
-        let data = self.data[view.buffer as usize].as_deref().ok_or_else(|| {
+    pub fn view(&self, index: Index<buffer::View>, from: &str) -> Result<View<'_>, SceneError> {
+        let view = self.document.get(index, from)?;
+        let place = format!("bufferViews[{}]", index.value());
+        let (offset, length) = (view.byte_offset.map_or(0, |offset| offset.0), view.byte_length.0);
+        let bytes = self.range(view.buffer, offset, length, &place)?;
+        let stride = view.byte_stride.map(|stride| stride.0);
+        if let Some(stride) = stride
+            && !(buffer::MIN_BYTE_STRIDE..=buffer::MAX_BYTE_STRIDE).contains(&stride)
+        {
+            let detail = format!("byteStride {stride} is not in 4..=252");
+            return Err(SceneError::invalid(place, "VALUE_NOT_IN_RANGE", detail));
+        }
+        Ok(View { bytes, stride: stride.map(|stride| stride as u64) })
+    }
+
+    /// A stretch of a buffer, checked against its length.
+    fn range(
+        &self,
+        buffer: Index<json::Buffer>,
+        offset: u64,
+        length: u64,
+        place: &str,
+    ) -> Result<&[u8], SceneError> {
+        let data = at(&self.data, buffer, place)?.as_deref().ok_or_else(|| {
             SceneError::invalid(
-                format!("buffers[{}]", view.buffer),
+                format!("buffers[{}]", buffer.value()),
                 "BUFFER_MISSING_DATA",
                 "there is neither a uri nor a binary chunk for it",
             )
         })?;
-        let end = view.byte_offset.checked_add(view.byte_length);
-        let bytes = end
-            .filter(|end| *end <= data.len() as u64)
-            .map(|end| &data[view.byte_offset as usize..end as usize])
-            .ok_or_else(|| {
-                SceneError::invalid(
-                    place(),
-                    "BUFFER_VIEW_TOO_LONG",
-                    format!(
-                        "offset {} and length {} do not fit into the {} bytes of buffers[{}]",
-                        view.byte_offset,
-                        view.byte_length,
-                        data.len(),
-                        view.buffer
-                    ),
-                )
-            })?;
-        if let Some(stride) = view.byte_stride
-            && !(4..=252).contains(&stride)
-        {
-            return Err(SceneError::invalid(
-                place(),
-                "VALUE_NOT_IN_RANGE",
-                format!("byteStride {stride} is not in 4..=252"),
-            ));
-        }
-        Ok(View { bytes, stride: view.byte_stride })
+        let end = offset.checked_add(length).filter(|end| *end <= data.len() as u64);
+        end.map(|end| &data[offset as usize..end as usize]).ok_or_else(|| {
+            SceneError::invalid(
+                place,
+                "BUFFER_VIEW_TOO_LONG",
+                format!(
+                    "offset {offset} and length {length} do not fit into the {} bytes of buffers[{}]",
+                    data.len(),
+                    buffer.value()
+                ),
+            )
+        })
     }
 }

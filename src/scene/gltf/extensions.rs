@@ -1,6 +1,6 @@
 //! What Halfway does with each glTF extension.
 
-use super::document::{Document, Part};
+use super::document::Document;
 use super::faults::Faults;
 use super::material;
 use super::unsupported::unsupported;
@@ -35,8 +35,8 @@ pub fn check_required(document: &Document) -> Result<(), SceneError> {
 
 /// One warning for each used extension that is ignored: those listed, and those found on materials unlisted.
 pub fn warn_ignored(document: &Document, faults: &mut Faults) {
-    let on_materials =
-        document.materials.iter().filter_map(Part::ok).flat_map(|material| material.extensions.keys());
+    let on_materials = document.materials.iter().filter_map(|material| material.extensions.as_ref());
+    let on_materials = on_materials.flat_map(|extensions| extensions.others.keys());
     let mut seen: Vec<&str> = Vec::new();
     for name in document.extensions_used.iter().chain(on_materials).map(String::as_str) {
         if !is_understood(name) && !seen.contains(&name) {

@@ -4,12 +4,15 @@ use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::buffers::Buffers;
-use super::document::{Document, at, extension, part};
+use super::document::{Document, at, extension};
 use super::faults::Faults;
 use super::unsupported::unsupported;
 use super::{LoadOptions, uri};
@@ -21,16 +24,19 @@ use crate::scene::texture::{Filter, Image, Texture, Wrap};
 pub struct TextureTable<'a> {
     document: &'a Document,
     /// glTF texture index of each entry of `textures`; `None` for the one that stands in for faulty ones.
-    texture_sources: Vec<Option<u64>>,
+    texture_sources: Vec<Option<usize>>,
     /// glTF image index of each image; likewise.
-    image_sources: Vec<Option<u64>>,
+    image_sources: Vec<Option<usize>>,
     pub textures: Vec<Texture>,
 }
 
 #[derive(Deserialize)]
 struct AlternativeSource {
-    source: Option<u64>,
+    source: Option<Index<json::Image>>,
 }
+
+/// What `gltf::json` has for a texture without a source.
+const NO_SOURCE: usize = u32::MAX as usize;
 
 impl<'a> TextureTable<'a> {
     pub fn new(document: &'a Document) -> Self {
@@ -41,29 +47,37 @@ impl<'a> TextureTable<'a> {
     ///
     /// # Errors
     /// Dangling references, textures only in a format that is not supported; where strict, unknown sampler modes.
-    pub fn register(&mut self, index: u64, from: &str, faults: &mut Faults) -> Result<u32, SceneError> {
-        if let Some(known) = self.texture_sources.iter().position(|source| *source == Some(index)) {
+    pub fn register(
+        &mut self,
+        index: Index<json::Texture>,
+        from: &str,
+        faults: &mut Faults,
+    ) -> Result<u32, SceneError> {
+        if let Some(known) = self.texture_sources.iter().position(|source| *source == Some(index.value())) {
             return Ok(known as u32);
         }
-        let texture = part(&self.document.textures, index, "textures", from)?;
-        let place = format!("textures[{index}]");
-        let webp: Option<AlternativeSource> = extension(&texture.extensions, "EXT_texture_webp", &place)?;
-        let Some(source) = webp.and_then(|webp| webp.source).or(texture.source) else {
-            let names: Vec<&str> = texture.extensions.keys().map(String::as_str).collect();
+        let texture = self.document.get(index, from)?;
+        let place = format!("textures[{}]", index.value());
+        let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
+        let webp: Option<AlternativeSource> = extension(extensions, "EXT_texture_webp", &place)?;
+        let plain = Some(texture.source).filter(|source| source.value() != NO_SOURCE);
+        let Some(source) = webp.and_then(|webp| webp.source).or(plain) else {
+            let names: Vec<&str> =
+                extensions.into_iter().flat_map(|others| others.keys()).map(String::as_str).collect();
             return Err(if names.is_empty() {
                 SceneError::invalid(place, "UNDEFINED_PROPERTY", "the texture has no source")
             } else {
                 unsupported(&names)
             });
         };
-        at(&self.document.images, source, "images", &place)?;
+        at(&self.document.images, source, &place)?;
         let (wrap, filter) = match texture.sampler {
             Some(sampler) => faults
                 .or_without(&place, self.sampler(sampler, &place), "it repeats and is filtered")?
                 .unwrap_or_default(),
             None => Default::default(),
         };
-        Ok(self.add(Some(index), Some(source), wrap, filter))
+        Ok(self.add(Some(index.value()), Some(source.value()), wrap, filter))
     }
 
     /// The scene's index of the texture that stands in for those that are faulty: magenta all over.
@@ -74,7 +88,7 @@ impl<'a> TextureTable<'a> {
         }
     }
 
-    fn add(&mut self, index: Option<u64>, source: Option<u64>, wrap: [Wrap; 2], filter: Filter) -> u32 {
+    fn add(&mut self, index: Option<usize>, source: Option<usize>, wrap: [Wrap; 2], filter: Filter) -> u32 {
         let image = self.image_sources.iter().position(|known| *known == source).unwrap_or_else(|| {
             self.image_sources.push(source);
             self.image_sources.len() - 1
@@ -84,27 +98,23 @@ impl<'a> TextureTable<'a> {
         (self.textures.len() - 1) as u32
     }
 
-    fn sampler(&self, index: u64, from: &str) -> Result<([Wrap; 2], Filter), SceneError> {
-        let sampler = part(&self.document.samplers, index, "samplers", from)?;
-        let fault = |what: &str, code: u64| {
-            SceneError::invalid(
-                format!("samplers[{index}]"),
-                "VALUE_NOT_IN_LIST",
-                format!("{what} {code} is unknown"),
-            )
+    fn sampler(&self, index: Index<Sampler>, from: &str) -> Result<([Wrap; 2], Filter), SceneError> {
+        let sampler = self.document.get(index, from)?;
+        let fault = |detail: &str| {
+            SceneError::invalid(format!("samplers[{}]", index.value()), "VALUE_NOT_IN_LIST", detail)
         };
-        let wrap = |code: Option<u64>| match code {
-            None | Some(10497) => Ok(Wrap::Repeat),
-            Some(33648) => Ok(Wrap::Mirror),
-            Some(33071) => Ok(Wrap::Clamp),
-            Some(code) => Err(fault("wrap mode", code)),
+        let wrap = |mode: &Checked<WrappingMode>| match mode {
+            Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
+            Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
+            Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
+            Checked::Invalid => Err(fault("a wrap mode is none of 10497, 33648 and 33071")),
         };
         let filter = match sampler.mag_filter {
-            None | Some(9729) => Filter::Linear,
-            Some(9728) => Filter::Nearest,
-            Some(code) => return Err(fault("magFilter", code)),
+            None | Some(Checked::Valid(MagFilter::Linear)) => Filter::Linear,
+            Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+            Some(Checked::Invalid) => return Err(fault("its magFilter is neither 9728 nor 9729")),
         };
-        Ok(([wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?], filter))
+        Ok(([wrap(&sampler.wrap_s)?, wrap(&sampler.wrap_t)?], filter))
     }
 
     /// Reads and decodes the images in use, on all threads. `None` for those that cannot be read, and for the one that
@@ -147,13 +157,13 @@ impl<'a> TextureTable<'a> {
 
     fn decode_image(
         &self,
-        index: u64,
+        index: usize,
         buffers: &Buffers<'_>,
         base_dir: Option<&Path>,
         options: &LoadOptions,
     ) -> Result<(Image, bool), SceneError> {
         let place = format!("images[{index}]");
-        let source = part(&self.document.images, index, "images", &place)?;
+        let source = self.document.get(Index::<json::Image>::new(index as u32), &place)?;
         let name = self.image_name(index).unwrap_or(&place).to_string();
         match (&source.uri, source.buffer_view) {
             (Some(uri), None) => decode(name, &uri::fetch(uri, base_dir, options)?, options),
@@ -166,13 +176,13 @@ impl<'a> TextureTable<'a> {
     }
 
     /// What the file calls an image.
-    fn image_name(&self, index: u64) -> Option<&str> {
-        let source = self.document.images.get(index as usize)?.ok()?;
+    fn image_name(&self, index: usize) -> Option<&str> {
+        let source = self.document.images.get(index)?;
         let uri = source.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
         source.name.as_deref().or(uri)
     }
 
-    fn image_place(&self, index: u64) -> String {
+    fn image_place(&self, index: usize) -> String {
         match self.image_name(index) {
             Some(name) => format!("images[{index}] \"{name}\""),
             None => format!("images[{index}]"),
