@@ -70,15 +70,35 @@ impl Accessors<'_> {
         format: &Format,
         from: &str,
     ) -> Result<Values, SceneError> {
-        let values = self.read_as_is(index, format, from)?;
-        match values.data.iter().position(|value| !value.is_finite()) {
-            None => Ok(values),
-            Some(bad) => Err(SceneError::invalid(
-                place(index),
-                "ACCESSOR_INVALID_FLOAT",
-                format!("{} {} is {}", format.what, bad / values.lanes, values.data[bad]),
-            )),
+        finite(self.read_as_is(index, format, from)?, format, &place(index))
+    }
+
+    /// The values of accessor `index` where another place has its components, as integers where they are some.
+    ///
+    /// # Errors
+    /// Another layout than one of `format`, or than `components` has.
+    pub fn adopt(
+        &self,
+        index: Index<json::Accessor>,
+        components: &Values,
+        format: &Format,
+        from: &str,
+    ) -> Result<Values, SceneError> {
+        let accessor = self.document.get(index, from)?;
+        let place = place(index);
+        let component = component(accessor, &place)?;
+        let lanes = self.check_format(accessor, component, format, &place)?;
+        let found = (components.lanes, components.len() as u64);
+        if found != (lanes, accessor.count.0) {
+            let expected = (lanes, accessor.count.0);
+            let detail = format!(
+                "{} has {} elements of {} components, but {} of {} in the compressed mesh",
+                format.what, expected.1, expected.0, found.1, found.0
+            );
+            return Err(SceneError::invalid(place, "ACCESSOR_COMPRESSED_COUNT", detail));
         }
+        let scaled = |value: &f64| if accessor.normalized { normalize(component, *value) } else { *value };
+        Ok(Values { lanes, data: components.data.iter().map(scaled).collect() })
     }
 
     /// As [`Self::read`], but values may be NaN or infinite.
@@ -258,7 +278,20 @@ impl Accessors<'_> {
 
 const FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 
-fn place(index: Index<json::Accessor>) -> String {
+/// The values, if all of them are finite.
+pub fn finite(values: Values, format: &Format, place: &str) -> Result<Values, SceneError> {
+    match values.data.iter().position(|value| !value.is_finite()) {
+        None => Ok(values),
+        Some(bad) => Err(SceneError::invalid(
+            place,
+            "ACCESSOR_INVALID_FLOAT",
+            format!("{} {} is {}", format.what, bad / values.lanes, values.data[bad]),
+        )),
+    }
+}
+
+/// The name of an accessor in messages.
+pub fn place(index: Index<json::Accessor>) -> String {
     format!("accessors[{}]", index.value())
 }
 
@@ -327,16 +360,28 @@ impl Layout {
     }
 }
 
-/// One component from its little-endian bytes; `U32` has no normalised form.
+/// One component from its little-endian bytes.
 fn decode(component: Component, bytes: &[u8], normalized: bool) -> f64 {
-    let (value, largest) = match (component, bytes) {
-        (Component::I8, &[a]) => (f64::from(a as i8), f64::from(i8::MAX)),
-        (Component::U8, &[a]) => (f64::from(a), f64::from(u8::MAX)),
-        (Component::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), f64::from(i16::MAX)),
-        (Component::U16, &[a, b]) => (f64::from(u16::from_le_bytes([a, b])), f64::from(u16::MAX)),
-        (Component::U32, &[a, b, c, d]) => (f64::from(u32::from_le_bytes([a, b, c, d])), 1.0),
-        (Component::F32, &[a, b, c, d]) => (f64::from(f32::from_le_bytes([a, b, c, d])), 1.0),
+    let value = match (component, bytes) {
+        (Component::I8, &[a]) => f64::from(a as i8),
+        (Component::U8, &[a]) => f64::from(a),
+        (Component::I16, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),
+        (Component::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),
+        (Component::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+        (Component::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
         _ => unreachable!("chunks have the component's size"),
     };
-    if normalized { (value / largest).max(-1.0) } else { value }
+    if normalized { normalize(component, value) } else { value }
+}
+
+/// What an integer stands for; `U32` has no normalised form.
+fn normalize(component: Component, value: f64) -> f64 {
+    let largest = match component {
+        Component::I8 => f64::from(i8::MAX),
+        Component::U8 => f64::from(u8::MAX),
+        Component::I16 => f64::from(i16::MAX),
+        Component::U16 => f64::from(u16::MAX),
+        Component::U32 | Component::F32 => 1.0,
+    };
+    (value / largest).max(-1.0)
 }

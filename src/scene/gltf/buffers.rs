@@ -2,10 +2,16 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+#[cfg(feature = "compressed")]
+use std::sync::OnceLock;
 
 use gltf::json::{self, Index, buffer};
 
+#[cfg(feature = "compressed")]
+use super::document::extension;
 use super::document::{Document, at};
+#[cfg(feature = "compressed")]
+use super::meshopt;
 use super::{LoadOptions, uri};
 use crate::scene::SceneError;
 
@@ -15,6 +21,9 @@ pub struct Buffers<'a> {
     document: &'a Document,
     /// `None`: a buffer without bytes of its own (the placeholder of a compression extension).
     data: Vec<Option<Cow<'a, [u8]>>>,
+    /// Of each buffer view that is compressed, once it is asked for: its bytes, or what is wrong with them.
+    #[cfg(feature = "compressed")]
+    decompressed: Vec<OnceLock<Result<Vec<u8>, String>>>,
 }
 
 /// A stretch of a buffer.
@@ -64,15 +73,26 @@ impl<'a> Buffers<'a> {
             }
             data.push(bytes);
         }
-        Ok(Self { document, data })
+        Ok(Self {
+            document,
+            data,
+            #[cfg(feature = "compressed")]
+            decompressed: document.buffer_views.iter().map(|_| OnceLock::new()).collect(),
+        })
     }
 
-    /// Buffer view `index`, checked against its buffer; `from` names the place of the reference.
+    /// Buffer view `index`, checked against its buffer and decompressed; `from` names the place of the reference.
+    ///
+    /// # Errors
+    /// Out-of-range references and sizes; damaged compressed bytes.
     pub fn view(&self, index: Index<buffer::View>, from: &str) -> Result<View<'_>, SceneError> {
         let view = self.document.get(index, from)?;
         let place = format!("bufferViews[{}]", index.value());
         let (offset, length) = (view.byte_offset.map_or(0, |offset| offset.0), view.byte_length.0);
-        let bytes = self.range(view.buffer, offset, length, &place)?;
+        let bytes = match self.decompressed(view, index.value(), &place)? {
+            Some(bytes) => bytes,
+            None => self.range(view.buffer, offset, length, &place)?,
+        };
         let stride = view.byte_stride.map(|stride| stride.0);
         if let Some(stride) = stride
             && !(buffer::MIN_BYTE_STRIDE..=buffer::MAX_BYTE_STRIDE).contains(&stride)
@@ -81,6 +101,37 @@ impl<'a> Buffers<'a> {
             return Err(SceneError::invalid(place, "VALUE_NOT_IN_RANGE", detail));
         }
         Ok(View { bytes, stride: stride.map(|stride| stride as u64) })
+    }
+
+    /// What stands in place of the bytes of a compressed view; `None` where it is none.
+    #[cfg(feature = "compressed")]
+    fn decompressed(
+        &self,
+        view: &buffer::View,
+        index: usize,
+        place: &str,
+    ) -> Result<Option<&[u8]>, SceneError> {
+        let extensions = view.extensions.as_ref().map(|extensions| &extensions.others);
+        for name in meshopt::NAMES {
+            let Some(what) = extension::<meshopt::Compressed>(extensions, name, place)? else { continue };
+            let bytes = self.range(what.buffer, what.byte_offset, what.byte_length, place)?;
+            let decoded = self.decompressed[index].get_or_init(|| meshopt::decode(&what, bytes));
+            return decoded.as_ref().map(|bytes| Some(bytes.as_slice())).map_err(|detail| {
+                SceneError::invalid(place, "MESHOPT_COMPRESSION", format!("{name}: {detail}"))
+            });
+        }
+        Ok(None)
+    }
+
+    #[cfg(not(feature = "compressed"))]
+    #[expect(clippy::unused_self, reason = "as where compression is built in")]
+    fn decompressed(
+        &self,
+        _view: &buffer::View,
+        _index: usize,
+        _place: &str,
+    ) -> Result<Option<&[u8]>, SceneError> {
+        Ok(None)
     }
 
     /// A stretch of a buffer, checked against its length.

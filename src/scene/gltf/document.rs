@@ -23,6 +23,9 @@ use crate::scene::SceneError;
 /// The extension for lights without a surface.
 pub const LIGHTS: &str = "KHR_lights_punctual";
 
+/// The extension for materials to choose from.
+pub const VARIANTS: &str = "KHR_materials_variants";
+
 /// Accessors by what they are for: those of a primitive or of a morph target.
 pub type Attributes = BTreeMap<Checked<Semantic>, Index<Accessor>>;
 
@@ -50,8 +53,8 @@ pub struct Transform {
     pub weights: Option<Vec<f64>>,
 }
 
-/// The morph targets of a mesh. `gltf::json` has weights in single precision, and neither colours nor texture coordinates
-/// of targets.
+/// The morph targets of a mesh. `gltf::json` has weights in single precision, and no colours or texture coordinates of
+/// targets.
 #[derive(Debug, Default, Deserialize)]
 pub struct Morph {
     pub weights: Option<Vec<f64>>,
@@ -103,6 +106,13 @@ impl Document {
         let item = at(items, index, from)?;
         self.whole(&format!("{}[{}]", T::LIST, index.value()))?;
         Ok(item)
+    }
+
+    /// The names of the file's variants.
+    pub fn variants(&self) -> Vec<String> {
+        let extensions = self.root.extensions.as_ref();
+        let list = extensions.and_then(|extensions| extensions.khr_materials_variants.as_ref());
+        list.into_iter().flat_map(|list| &list.variants).map(|variant| variant.name.clone()).collect()
     }
 
     /// Says what is wrong with the shape of the part at `place`.

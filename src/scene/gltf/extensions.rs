@@ -11,12 +11,24 @@ const UNDERSTOOD: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
 ];
 
+/// Likewise, in builds with the feature `compressed`.
+pub const COMPRESSED: &[&str] = &[
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
+];
+
 fn is_understood(name: &str) -> bool {
-    UNDERSTOOD.contains(&name) || material::EXTENSIONS.contains(&name)
+    UNDERSTOOD.contains(&name)
+        || material::EXTENSIONS.contains(&name)
+        || (cfg!(feature = "compressed") && COMPRESSED.contains(&name))
 }
 
 /// Refuses required extensions that are not understood, all in one error.

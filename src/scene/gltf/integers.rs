@@ -57,8 +57,8 @@ pub struct Repaired {
     pub count: usize,
 }
 
-/// Makes integers of whole numbers that are written with a fraction where an integer is due, and [`BEYOND`] of those that
-/// are too large. What stands in `extras` is left alone.
+/// Makes integers of whole numbers that are written with a fraction where an integer is due, and [`BEYOND`] of those
+/// that are too large. What stands in `extras` is left alone.
 pub fn repair(document: &mut Value) -> Repaired {
     let mut repaired = Repaired::default();
     walk(document, &mut String::new(), Due::default(), &mut repaired);

@@ -16,7 +16,7 @@ use super::buffers::Buffers;
 use super::document::Document;
 use super::faults::Faults;
 use super::image::{TextureTable, magenta};
-use super::unsupported::unsupported;
+use super::uv_sets;
 use crate::scene::material::{AlphaMode, Material, TextureRef};
 use crate::scene::{Scene, SceneError};
 
@@ -24,6 +24,7 @@ use crate::scene::{Scene, SceneError};
 pub(super) const EXTENSIONS: &[&str] = &[
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
@@ -34,8 +35,6 @@ pub(super) const EXTENSIONS: &[&str] = &[
 /// with a reflectance of 0.996 at normal incidence.
 const IOR_OF_INFINITY: f32 = 1000.0;
 
-const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
-
 /// Converts the materials that meshes use; each one once.
 #[derive(Debug)]
 pub struct MaterialTable<'a> {
@@ -43,12 +42,15 @@ pub struct MaterialTable<'a> {
     /// glTF index of each entry of `materials`; `None` is glTF's default material.
     sources: Vec<Option<usize>>,
     pub materials: Vec<Material>,
+    /// The sets of texture coordinates that each material's textures call 0 and 1.
+    pub uv_sets: Vec<[u32; 2]>,
     pub textures: TextureTable<'a>,
 }
 
 impl<'a> MaterialTable<'a> {
     pub fn new(document: &'a Document) -> Self {
-        Self { document, sources: Vec::new(), materials: Vec::new(), textures: TextureTable::new(document) }
+        let textures = TextureTable::new(document);
+        Self { document, sources: Vec::new(), materials: Vec::new(), uv_sets: Vec::new(), textures }
     }
 
     /// The scene's index of glTF material `index`, or of the default material. A faulty one is magenta.
@@ -66,14 +68,15 @@ impl<'a> MaterialTable<'a> {
         if let Some(known) = self.sources.iter().position(|source| *source == key) {
             return Ok(known as u32);
         }
-        let material = match index {
+        let mut place = String::from(from);
+        let mut material = match index {
             None => Material { name: "default".into(), ..Material::default() },
             Some(index) => {
                 let number = index.value();
-                let place = match self.document.materials.get(number).map(|source| source.name.as_ref()) {
+                place = match self.document.materials.get(number).map(|source| source.name.as_ref()) {
                     Some(Some(name)) => format!("materials[{number}] \"{name}\""),
                     Some(None) => format!("materials[{number}]"),
-                    None => from.into(),
+                    None => place,
                 };
                 let converted = self.document.get(index, from).and_then(|source| {
                     let textures = &mut self.textures;
@@ -84,6 +87,7 @@ impl<'a> MaterialTable<'a> {
                     .unwrap_or_else(|| Material::lambert("faulty", Vec3::new(1.0, 0.0, 1.0)))
             }
         };
+        self.uv_sets.push(uv_sets::choose(&mut material, &place, faults));
         self.sources.push(key);
         self.materials.push(material);
         Ok((self.materials.len() - 1) as u32)
@@ -127,6 +131,8 @@ impl<'a> MaterialTable<'a> {
 enum Use {
     Color,
     Data,
+    /// Roughness is 1 less alpha times the factor.
+    Gloss(f32),
 }
 
 struct Converter<'t, 'a> {
@@ -142,9 +148,6 @@ impl Converter<'_, '_> {
         let no_extensions = typed::Material::default();
         let extensions = source.extensions.as_ref().unwrap_or(&no_extensions);
         let pbr = &source.pbr_metallic_roughness;
-        if extensions.pbr_specular_glossiness.is_some() && is_empty(pbr) {
-            return Err(unsupported(&[SPECULAR_GLOSSINESS]));
-        }
         let [red, green, blue, alpha] = pbr.base_color_factor.0;
         let alpha_mode = match source.alpha_mode {
             Checked::Valid(AlphaModeName::Opaque) => AlphaMode::Opaque,
@@ -180,6 +183,14 @@ impl Converter<'_, '_> {
         };
         self.dielectric(extensions, &mut material)?;
         self.interior(extensions, &mut material)?;
+        match &extensions.pbr_specular_glossiness {
+            Some(glossy) if is_empty(pbr) => self.specular_glossiness(glossy, &mut material)?,
+            Some(_) => {
+                let problem = "it has specular-glossiness and metallic-roughness";
+                self.faults.note(&self.place, problem, "metallic-roughness is shown");
+            }
+            None => {}
+        }
         Ok(material)
     }
 
@@ -225,6 +236,34 @@ impl Converter<'_, '_> {
         Ok(())
     }
 
+    /// `KHR_materials_pbrSpecularGlossiness`, whose equations are those of a dielectric with the specular colour as F0,
+    /// its reflectance at normal incidence: diffuse * (1 - max(F0)) below it, alpha = (1 - glossiness)^2. So metals are
+    /// dielectrics without anything below, and textures stay what they are but for glossiness.
+    fn specular_glossiness(
+        &mut self,
+        glossy: &typed::PbrSpecularGlossiness,
+        material: &mut Material,
+    ) -> Result<(), SceneError> {
+        let [red, green, blue, alpha] = glossy.diffuse_factor.0;
+        material.base_color = self.color([red, green, blue], "diffuseFactor")?;
+        material.alpha = self.unit(alpha, "diffuseFactor alpha")?;
+        material.base_color_texture = self.texture(glossy.diffuse_texture.as_ref(), Use::Color)?;
+        material.metallic = 0.0;
+        material.ior = IOR_OF_INFINITY;
+        material.specular_color = self.color(glossy.specular_factor.0, "specularFactor")?;
+        let glossiness = self.unit(glossy.glossiness_factor.0, "glossinessFactor")?;
+        let info = glossy.specular_glossiness_texture.as_ref();
+        material.specular_color_texture = self.texture(info, Use::Color)?;
+        material.roughness = 1.0 - glossiness;
+        if info.is_some() && glossiness > 0.0 {
+            material.metallic_roughness_texture = self.texture(info, Use::Gloss(glossiness))?;
+            if material.metallic_roughness_texture.is_some() {
+                material.roughness = 1.0;
+            }
+        }
+        Ok(())
+    }
+
     fn texture(&mut self, info: Option<&Info>, purpose: Use) -> Result<Option<TextureRef>, SceneError> {
         self.slot(info.map(Slot::of), purpose)
     }
@@ -232,19 +271,18 @@ impl Converter<'_, '_> {
     fn slot(&mut self, slot: Option<Slot>, purpose: Use) -> Result<Option<TextureRef>, SceneError> {
         let Some(slot) = slot else { return Ok(None) };
         let uv_set = slot.transform.tex_coord.unwrap_or(slot.tex_coord);
-        if uv_set > 1 {
-            let problem = format!("a texture uses TEXCOORD_{uv_set}, but only sets 0 and 1 are read");
-            self.faults.note(&self.place, problem, "it is left out");
-            return Ok(None);
-        }
         let transform = self.transform(&slot.transform)?;
-        let texture = match (self.textures.register(slot.index, &self.place, self.faults), purpose) {
+        let gloss = match purpose {
+            Use::Gloss(factor) => Some(factor),
+            Use::Color | Use::Data => None,
+        };
+        let texture = match (self.textures.register(slot.index, gloss, &self.place, self.faults), purpose) {
             (Ok(texture), _) => texture,
             (Err(error), Use::Color) => {
                 self.faults.tolerate(&self.place, error, "magenta is shown in its place")?;
                 self.textures.stand_in()
             }
-            (Err(error), Use::Data) => {
+            (Err(error), Use::Data | Use::Gloss(_)) => {
                 self.faults.tolerate(&self.place, error, "its factor alone counts")?;
                 return Ok(None);
             }

@@ -1,16 +1,17 @@
 //! Primitives in their mesh's own space: attributes, morph targets, triangles.
 
 use glam::{DVec2, DVec3, DVec4};
+use std::collections::BTreeMap;
+
+use gltf::json;
 use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Semantic};
 use gltf::json::validation::Checked;
-use gltf::json::{self, Index};
 
-use super::document::{Attributes, Document};
+use super::document::Attributes;
 use super::faults::Faults;
-use super::unsupported::unsupported;
 use crate::scene::SceneError;
-use crate::scene::gltf::accessor::{Accessors, Component, Format, Values};
+use crate::scene::gltf::accessor::{Accessors, Component, Format, Values, finite, place};
 
 use Component::{I8, I16, U8, U16};
 
@@ -25,9 +26,18 @@ const NORMAL: Format =
     Format { what: "NORMAL", kinds: &[Type::Vec3], integers: SIGNED_NORMALIZED, float: true };
 const TANGENT: Format =
     Format { what: "TANGENT", kinds: &[Type::Vec4], integers: SIGNED_NORMALIZED, float: true };
-const TEXCOORD: [Format; 2] = [
-    Format { what: "TEXCOORD_0", kinds: &[Type::Vec2], integers: QUANTIZED, float: true },
-    Format { what: "TEXCOORD_1", kinds: &[Type::Vec2], integers: QUANTIZED, float: true },
+const TEXCOORD: Format =
+    Format { what: "TEXCOORD_n", kinds: &[Type::Vec2], integers: QUANTIZED, float: true };
+/// Names of the first sets, for messages.
+const TEXCOORD_NAMES: [&str; 8] = [
+    "TEXCOORD_0",
+    "TEXCOORD_1",
+    "TEXCOORD_2",
+    "TEXCOORD_3",
+    "TEXCOORD_4",
+    "TEXCOORD_5",
+    "TEXCOORD_6",
+    "TEXCOORD_7",
 ];
 const COLOR: Format =
     Format { what: "COLOR_0", kinds: &[Type::Vec3, Type::Vec4], integers: UNSIGNED_NORMALIZED, float: true };
@@ -47,6 +57,15 @@ pub struct Primitive {
     pub uvs: [Option<Vec<DVec2>>; 2],
     pub colors: Option<Vec<DVec4>>,
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a compressed primitive has in place of the data of its accessors.
+#[derive(Debug, Default)]
+pub struct Decompressed {
+    /// Components as they are stored: integers that are to be normalised are integers.
+    pub attributes: BTreeMap<Checked<Semantic>, Values>,
+    /// Three for each triangle, all of them in range.
+    pub indices: Vec<u32>,
 }
 
 /// Joint indices and weights of the vertices, all sets side by side.
@@ -69,11 +88,13 @@ pub enum Skipped {
 /// Reads one primitive of a document.
 #[derive(Clone, Copy, Debug)]
 pub struct PrimitiveReader<'a> {
-    pub document: &'a Document,
     pub accessors: Accessors<'a>,
     pub source: &'a json::mesh::Primitive,
     /// Its morph targets.
     pub targets: &'a [Attributes],
+    pub decompressed: Option<&'a Decompressed>,
+    /// Which sets of texture coordinates to read.
+    pub uv_sets: [u32; 2],
     /// Its name in messages.
     pub place: &'a str,
 }
@@ -99,9 +120,7 @@ impl PrimitiveReader<'_> {
                 return Err(self.fault("VALUE_NOT_IN_LIST", "its mode is not in 0..=6".into()));
             }
         };
-        self.check_compression()?;
-        let attributes = &self.source.attributes;
-        let Some(positions) = self.attribute(attributes, Semantic::Positions, &POSITION, None)? else {
+        let Some(positions) = self.own(Semantic::Positions, &POSITION, None)? else {
             return Ok(Err(Skipped::NoPositions));
         };
         let count = positions.len();
@@ -111,7 +130,7 @@ impl PrimitiveReader<'_> {
             ..Primitive::default()
         };
         let mut optional = |semantic, format: &Format, remedy| {
-            let read = self.attribute(attributes, semantic, format, Some(count));
+            let read = self.own(semantic, format, Some(count));
             faults.or_without(self.place, read, remedy).map(Option::flatten)
         };
         if wants_tangents && primitive.normals.is_some() {
@@ -119,8 +138,8 @@ impl PrimitiveReader<'_> {
                 optional(Semantic::Tangents, &TANGENT, "tangents are computed from the texture coordinates")?;
             primitive.tangents = tangents.map(|values| values.elements().map(DVec4::from_array).collect());
         }
-        for (set, (uvs, format)) in (0..).zip(primitive.uvs.iter_mut().zip(&TEXCOORD)) {
-            let values = optional(Semantic::TexCoords(set), format, "(0, 0) is used")?;
+        for (uvs, set) in primitive.uvs.iter_mut().zip(self.uv_sets) {
+            let values = optional(Semantic::TexCoords(set), &texcoord(set), "(0, 0) is used")?;
             *uvs = values.map(|values| values.elements().map(DVec2::from_array).collect());
         }
         let colors = optional(Semantic::Colors(0), &COLOR, "its vertices are white")?;
@@ -133,15 +152,11 @@ impl PrimitiveReader<'_> {
     /// Normals as the file has them; zero where they are not finite, which is repaired once the vertices have their
     /// places.
     fn normals(&self, count: usize, faults: &mut Faults) -> Result<Option<Vec<DVec3>>, SceneError> {
-        let Some(&accessor) = self.source.attributes.get(&Checked::Valid(Semantic::Normals)) else {
-            return Ok(None);
-        };
         let read = match faults.is_strict() {
-            true => self.accessors.read(accessor, &NORMAL, self.place),
-            false => self.accessors.read_as_is(accessor, &NORMAL, self.place),
+            true => self.own(Semantic::Normals, &NORMAL, Some(count)),
+            false => self.own_as_is(Semantic::Normals, &NORMAL, Some(count)),
         };
-        let read = read.and_then(|values| self.counted(NORMAL.what, values, Some(count)));
-        let values = faults.or_without(self.place, read, "those of its triangles are used")?;
+        let values = faults.or_without(self.place, read, "those of its triangles are used")?.flatten();
         let finite = |normal: DVec3| if normal.is_finite() { normal } else { DVec3::ZERO };
         Ok(values.map(|values| values.elements().map(|normal| finite(DVec3::from_array(normal))).collect()))
     }
@@ -156,10 +171,9 @@ impl PrimitiveReader<'_> {
         joint_count: usize,
         faults: &mut Faults,
     ) -> Result<Option<Influences>, SceneError> {
-        let attributes = &self.source.attributes;
         let mut sets = Vec::new();
         for set in 0.. {
-            let read = |semantic, format| self.attribute(attributes, semantic, format, Some(vertex_count));
+            let read = |semantic, format| self.own(semantic, format, Some(vertex_count));
             let joints = read(Semantic::Joints(set), &JOINTS)?;
             let weights = read(Semantic::Weights(set), &WEIGHTS)?;
             match (joints, weights) {
@@ -224,19 +238,33 @@ impl PrimitiveReader<'_> {
         Ok(Some(influences))
     }
 
-    /// A compressed primitive whose plain accessors are empty would show as zeros.
-    fn check_compression(&self) -> Result<(), SceneError> {
-        const DRACO: &str = "KHR_draco_mesh_compression";
-        let plain = |accessor: &Index<json::Accessor>| {
-            let accessor = self.document.get(*accessor, self.place);
-            !accessor.is_ok_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+    /// One of the primitive's own attributes, all of it finite.
+    fn own(
+        &self,
+        semantic: Semantic,
+        format: &Format,
+        count: Option<usize>,
+    ) -> Result<Option<Values>, SceneError> {
+        let values = self.own_as_is(semantic.clone(), format, count)?;
+        let accessor = self.source.attributes.get(&Checked::Valid(semantic));
+        let place = accessor.map_or_else(|| self.place.into(), |accessor| place(*accessor));
+        values.map(|values| finite(values, format, &place)).transpose()
+    }
+
+    /// One of the primitive's own attributes, from its accessor or from where it was compressed.
+    fn own_as_is(
+        &self,
+        semantic: Semantic,
+        format: &Format,
+        count: Option<usize>,
+    ) -> Result<Option<Values>, SceneError> {
+        let semantic = Checked::Valid(semantic);
+        let Some(&accessor) = self.source.attributes.get(&semantic) else { return Ok(None) };
+        let values = match self.decompressed.and_then(|all| all.attributes.get(&semantic)) {
+            Some(components) => self.accessors.adopt(accessor, components, format, self.place)?,
+            None => self.accessors.read_as_is(accessor, format, self.place)?,
         };
-        let extensions = self.source.extensions.as_ref();
-        let compressed = extensions.is_some_and(|extensions| extensions.others.contains_key(DRACO));
-        if compressed && !self.source.attributes.values().all(plain) {
-            return Err(unsupported(&[DRACO]));
-        }
-        Ok(())
+        self.counted(format.what, values, count).map(Some)
     }
 
     fn attribute(
@@ -304,8 +332,8 @@ impl PrimitiveReader<'_> {
             {
                 tangents.iter_mut().zip(deltas).for_each(|(t, d)| *t += (weight * d).extend(0.0));
             }
-            for (set, (uvs, format)) in (0..).zip(primitive.uvs.iter_mut().zip(&TEXCOORD)) {
-                let format = delta(format.what, &[Type::Vec2]);
+            for (uvs, set) in primitive.uvs.iter_mut().zip(self.uv_sets) {
+                let format = delta(texcoord(set).what, &[Type::Vec2]);
                 let deltas = self.attribute(target, Semantic::TexCoords(set), &format, Some(count))?;
                 if let (Some(uvs), Some(deltas)) = (uvs, deltas) {
                     let deltas = deltas.elements().map(DVec2::from_array);
@@ -338,9 +366,12 @@ impl PrimitiveReader<'_> {
         vertex_count: usize,
         faults: &mut Faults,
     ) -> Result<Vec<[u32; 3]>, SceneError> {
-        let indices = match self.source.indices {
-            Some(accessor) => self.accessors.read_indices(accessor, vertex_count, self.place)?,
-            None => (0..vertex_count as u32).collect(),
+        let (mode, indices) = match (self.decompressed, self.source.indices) {
+            (Some(decompressed), _) => (Mode::Triangles, decompressed.indices.clone()),
+            (None, Some(accessor)) => {
+                (mode, self.accessors.read_indices(accessor, vertex_count, self.place)?)
+            }
+            (None, None) => (mode, (0..vertex_count as u32).collect()),
         };
         let separate = mode == Mode::Triangles;
         let rest = if separate { indices.len() % 3 } else { 0 };
@@ -366,6 +397,12 @@ impl PrimitiveReader<'_> {
     fn fault(&self, code: &'static str, detail: String) -> SceneError {
         SceneError::invalid(self.place, code, detail)
     }
+}
+
+/// The layout of a set of texture coordinates.
+fn texcoord(set: u32) -> Format {
+    let what = TEXCOORD_NAMES.get(set as usize).copied().unwrap_or(TEXCOORD.what);
+    Format { what, ..TEXCOORD }
 }
 
 /// Colours with their alpha, 1 where the file has none.

@@ -14,12 +14,18 @@ mod buffers;
 mod camera;
 mod container;
 mod document;
+#[cfg(feature = "compressed")]
+mod draco;
 mod extensions;
 mod faults;
 mod image;
 mod integers;
+#[cfg(feature = "compressed")]
+mod ktx2;
 mod material;
 mod mesh;
+#[cfg(feature = "compressed")]
+mod meshopt;
 mod nodes;
 mod options;
 mod place;
@@ -28,6 +34,7 @@ mod skin;
 mod tangents;
 mod unsupported;
 mod uri;
+mod uv_sets;
 
 use std::path::Path;
 
@@ -41,10 +48,10 @@ use super::{Camera, PunctualLight, Scene};
 use crate::scene::SceneError;
 use accessor::Accessors;
 use buffers::Buffers;
-use document::{Document, LIGHTS};
+use document::{Document, LIGHTS, VARIANTS};
 use faults::Faults;
 use material::MaterialTable;
-use mesh::{Primitive, PrimitiveReader, Skipped};
+use mesh::{Decompressed, Primitive, PrimitiveReader, Skipped};
 use nodes::NodeTree;
 
 pub use options::{Limits, LoadOptions};
@@ -81,11 +88,13 @@ pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) 
         materials: MaterialTable::new(&document),
         scene: Scene::default(),
         faults,
+        variant: None,
         skipped: [0; 3],
         vertices: 0,
         triangles: 0,
         options,
     };
+    loader.choose_variant()?;
     extensions::warn_ignored(&document, &mut loader.faults);
     loader.add_cameras_and_lights()?;
     loader.add_meshes()?;
@@ -98,7 +107,7 @@ pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) 
     Ok(scene)
 }
 
-/// The document. `gltf::json` reads it once integers stand where integers are due, and what it cannot hold is taken out.
+/// The document, which `gltf::json` reads once integers stand where they are due and what it cannot hold is taken out.
 fn parse(json: &[u8], faults: &mut Faults) -> Result<Document, SceneError> {
     let mut value: Value = serde_json::from_slice(json).map_err(|cause| SceneError::Json { cause })?;
     check_version(&value)?;
@@ -132,6 +141,8 @@ fn check_version(document: &Value) -> Result<(), SceneError> {
     Err(SceneError::Version { version: minimum.unwrap_or(version) })
 }
 
+const DRACO: &str = "KHR_draco_mesh_compression";
+
 /// One primitive's mesh at one node.
 struct Placement<'a> {
     node: usize,
@@ -147,6 +158,8 @@ struct Loader<'a> {
     materials: MaterialTable<'a>,
     scene: Scene,
     faults: Faults,
+    /// Index of the variant whose materials are shown.
+    variant: Option<u32>,
     /// Primitives not shown: points, lines, without positions.
     skipped: [usize; 3],
     /// Vertices and triangles placed so far.
@@ -162,6 +175,39 @@ struct Ready {
 }
 
 impl<'a> Loader<'a> {
+    fn choose_variant(&mut self) -> Result<(), SceneError> {
+        let whole = self.document.whole(VARIANTS);
+        self.faults.or_without(VARIANTS, whole, "the file is shown without variants")?;
+        let variants = self.document.variants();
+        if let Some(wanted) = &self.options.variant {
+            let found = variants.iter().position(|name| name == wanted).ok_or_else(|| {
+                let wanted = wanted.clone();
+                let list = match variants.as_slice() {
+                    [] => "the file has none, so leave --variant out".into(),
+                    _ => format!("the file has: {}", variants.join(", ")),
+                };
+                SceneError::UnknownVariant { wanted, list }
+            })?;
+            self.variant = Some(found as u32);
+        }
+        self.scene.variants = variants;
+        Ok(())
+    }
+
+    /// The material of a primitive, by the variant that is shown.
+    fn material_of(
+        &mut self,
+        source: &json::mesh::Primitive,
+        place: &str,
+    ) -> Result<Option<Index<json::Material>>, SceneError> {
+        let whole = self.document.whole(&format!("{place}.{VARIANTS}"));
+        self.faults.or_without(place, whole, "the material of no variant is used")?;
+        let variants = source.extensions.as_ref().and_then(|e| e.khr_materials_variants.as_ref());
+        let mut mappings = variants.into_iter().flat_map(|variants| &variants.mappings);
+        let mapping = mappings.find(|mapping| self.variant.is_some_and(|v| mapping.variants.contains(&v)));
+        Ok(mapping.map(|mapping| Index::new(mapping.material)).or(source.material))
+    }
+
     fn add_cameras_and_lights(&mut self) -> Result<(), SceneError> {
         let lights = self.document.whole(LIGHTS);
         self.faults.or_without(LIGHTS, lights, "its lights are left out")?;
@@ -261,9 +307,18 @@ impl<'a> Loader<'a> {
     ) -> Result<Option<Ready>, SceneError> {
         let document = self.document;
         let targets = &document.morphs[placement.mesh.value()].primitives[index].targets;
-        let material = self.materials.register(source.material, place, &mut self.faults)?;
+        let material = self.material_of(source, place)?;
+        let material = self.materials.register(material, place, &mut self.faults)?;
         let normal_map = self.materials.materials[material as usize].normal_texture;
-        let reader = PrimitiveReader { document, accessors: self.accessors, source, targets, place };
+        let decompressed = self.decompress(source, place)?;
+        let reader = PrimitiveReader {
+            accessors: self.accessors,
+            source,
+            targets,
+            decompressed: decompressed.as_ref(),
+            uv_sets: self.materials.uv_sets[material as usize],
+            place,
+        };
         let mut primitive = match reader.read(placement.weights, normal_map.is_some(), &mut self.faults)? {
             Ok(primitive) => primitive,
             Err(skipped) => {
@@ -292,6 +347,42 @@ impl<'a> Loader<'a> {
                 .map_err(|error| SceneError::invalid(place, "TANGENT_SPACE", error.to_string()))?;
         }
         Ok(Some(Ready { primitive, material }))
+    }
+
+    /// What `KHR_draco_mesh_compression` has in place of a primitive's data.
+    #[cfg(feature = "compressed")]
+    fn decompress(
+        &self,
+        source: &json::mesh::Primitive,
+        place: &str,
+    ) -> Result<Option<Decompressed>, SceneError> {
+        let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
+        let Some(what) = document::extension::<draco::Compressed>(extensions, DRACO, place)? else {
+            return Ok(None);
+        };
+        let bytes = self.accessors.buffers.view(what.buffer_view, place)?.bytes;
+        draco::decode(&what, bytes, &self.options.limits)
+            .map(Some)
+            .map_err(|detail| SceneError::invalid(place, "DRACO_COMPRESSION", detail))
+    }
+
+    /// A compressed primitive whose plain accessors are empty would show as zeros.
+    #[cfg(not(feature = "compressed"))]
+    fn decompress(
+        &self,
+        source: &json::mesh::Primitive,
+        place: &str,
+    ) -> Result<Option<Decompressed>, SceneError> {
+        let is_plain = |accessor: &Index<json::Accessor>| {
+            let accessor = self.document.get(*accessor, place);
+            !accessor.is_ok_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+        };
+        let extensions = source.extensions.as_ref();
+        let compressed = extensions.is_some_and(|extensions| extensions.others.contains_key(DRACO));
+        if compressed && !source.attributes.values().all(is_plain) {
+            return Err(unsupported::unsupported(&[DRACO]));
+        }
+        Ok(None)
     }
 
     fn pose(
@@ -356,9 +447,10 @@ impl<'a> Loader<'a> {
 
     /// Attributes that are there but faulty have been reported.
     fn warn_missing_uvs(&mut self, source: &json::mesh::Primitive, material: u32, place: &str) {
+        let uv_sets = self.materials.uv_sets[material as usize];
         let material = &self.materials.materials[material as usize];
-        for set in 0..2 {
-            let wanted = material.textures().any(|texture| texture.uv_set == set);
+        for (slot, set) in (0..).zip(uv_sets) {
+            let wanted = material.textures().any(|texture| texture.uv_set == slot);
             if wanted && !source.attributes.contains_key(&Checked::Valid(Semantic::TexCoords(set))) {
                 let name = &material.name;
                 let problem = format!("its material \"{name}\" wants TEXCOORD_{set}, which is missing");

@@ -31,6 +31,11 @@ struct Instancing {
     attributes: BTreeMap<String, Index<json::Accessor>>,
 }
 
+#[derive(serde::Deserialize)]
+struct Visibility {
+    visible: Option<bool>,
+}
+
 impl NodeTree {
     /// Walks the tree without recursion. The scene shown is `scene`, else the first, else all root nodes. A node that
     /// has no place is left out with all below it.
@@ -126,7 +131,7 @@ impl Family {
     }
 }
 
-/// The nodes that have a place and are below what the scene lists, each once.
+/// The nodes that have a place, are not hidden, and are below what the scene lists, each once.
 fn shown(
     document: &Document,
     family: &Family,
@@ -148,12 +153,20 @@ fn shown(
     let mut shown = Vec::new();
     let mut stack: Vec<usize> = roots.into_iter().rev().collect();
     while let Some(node) = stack.pop() {
-        if placed[node] {
+        if placed[node] && is_visible(&document.nodes[node], node, faults)? {
             shown.push(node);
             stack.extend(family.children[node].iter().rev());
         }
     }
     Ok(shown)
+}
+
+/// False where `KHR_node_visibility` hides a node, with all below it.
+fn is_visible(node: &json::Node, index: usize, faults: &mut Faults) -> Result<bool, SceneError> {
+    let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
+    let visibility = extension::<Visibility>(extensions, "KHR_node_visibility", &place(index));
+    let visibility = faults.or_without(&place(index), visibility, "it is shown")?.flatten();
+    Ok(visibility.is_none_or(|visibility| visibility.visible.unwrap_or(true)))
 }
 
 /// The nodes that a scene lists, without those that are shown with another of the list.

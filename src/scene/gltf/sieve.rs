@@ -3,7 +3,8 @@
 
 use std::collections::HashMap;
 
-use gltf::json::extensions::root::KhrLightsPunctual as LightList;
+use gltf::json::extensions::mesh::KhrMaterialsVariants as VariantMaterials;
+use gltf::json::extensions::root::{KhrLightsPunctual as LightList, KhrMaterialsVariants as VariantList};
 use gltf::json::extensions::scene::khr_lights_punctual::{KhrLightsPunctual as LightReference, Light};
 use gltf::json::mesh::Primitive;
 use gltf::json::texture::Sampler;
@@ -12,7 +13,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Error, Map, Value, json};
 
-use super::document::{LIGHTS, Listed, Morph, Targets};
+use super::document::{LIGHTS, Listed, Morph, Targets, VARIANTS};
 
 /// Members that are not read, by their list: whatever stands there is left out.
 const UNREAD: &[(&str, &[&str])] = &[
@@ -121,6 +122,7 @@ pub fn faulty_parts(document: &mut Value, faulty: &mut HashMap<String, String>) 
     }
     if let Some(extensions) = document.get_mut("extensions") {
         remove::<LightList>(extensions, LIGHTS, LIGHTS, faulty);
+        remove::<VariantList>(extensions, VARIANTS, VARIANTS, faulty);
     }
     for (index, node) in items(document, "nodes") {
         let place = format!("{}[{index}].{LIGHTS}", Node::LIST);
@@ -135,6 +137,12 @@ pub fn faulty_parts(document: &mut Value, faulty: &mut HashMap<String, String>) 
 fn morph(mesh: &mut Value, index: usize, faulty: &mut HashMap<String, String>) -> Morph {
     let place = format!("{}[{index}]", Mesh::LIST);
     let list = format!("{place}.primitives");
+    for (index, primitive) in items(mesh, "primitives") {
+        if let Some(extensions) = primitive.get_mut("extensions") {
+            let place = format!("{list}[{index}].{VARIANTS}");
+            remove::<VariantMaterials>(extensions, VARIANTS, &place, faulty);
+        }
+    }
     let both = |value: &Value| read::<Targets>(value).and(read::<Primitive>(value));
     empty(mesh.get_mut("primitives"), &list, both, || json!({"attributes": {}}), faulty);
     let morph = Morph::deserialize(&*mesh).and_then(|morph| read::<Mesh>(mesh).map(|()| morph));
