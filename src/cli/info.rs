@@ -241,6 +241,9 @@ fn contents(scene: &Scene, accel: &Accel) {
     if let Some(environment) = &scene.environment {
         println!("  environment '{}', {}x{}", environment.name, environment.width, environment.height);
     }
+    if !scene.variants.is_empty() {
+        println!("  variants (--variant NAME): {}", scene.variants.join(", "));
+    }
     for (index, camera) in scene.cameras.iter().enumerate() {
         let projection = match camera.projection {
             Projection::Perspective { yfov } => format!("perspective, {:.1} degrees high", yfov.to_degrees()),

@@ -39,6 +39,9 @@ pub enum SceneError {
     /// Extensions without which the file cannot be shown; all of them, each with advice.
     #[error("the file requires extensions that are not supported: {names}")]
     Extensions { names: String },
+    /// `list`: what there is.
+    #[error("no variant '{wanted}'; {list}")]
+    UnknownVariant { wanted: String, list: String },
     /// More than the loader is willing to hold.
     #[error("the scene has {count} {what}, more than the limit of {limit}; split or simplify it")]
     Limit { what: &'static str, count: u64, limit: u64 },
@@ -62,6 +65,7 @@ impl SceneError {
             | Self::Version { .. }
             | Self::Uri { .. }
             | Self::Extensions { .. }
+            | Self::UnknownVariant { .. }
             | Self::Limit { .. }
             | Self::Image { .. }
             | Self::Invalid { .. } => Fault::Input,

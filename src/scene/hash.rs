@@ -28,6 +28,7 @@ impl Scene {
             cameras: _,
             camera_placed: _,
             environment,
+            variants: _,
             resolution: _,
             warnings: _,
         } = self;

@@ -117,6 +117,19 @@ impl Material {
         .flatten()
     }
 
+    /// The slots of those that [`Self::textures`] lists.
+    pub fn slots_mut(&mut self) -> [&mut Option<TextureRef>; 7] {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.normal_texture,
+            &mut self.emission_texture,
+            &mut self.specular_texture,
+            &mut self.specular_color_texture,
+            &mut self.transmission_texture,
+        ]
+    }
+
     /// True where the surface only scatters by Lambert's law, whatever its textures hold.
     pub fn is_lambert(&self) -> bool {
         self.metallic == 0.0 && self.specular == 0.0 && self.transmission == 0.0

@@ -52,6 +52,8 @@ pub struct Scene {
     /// The last of `cameras` is none of the scene's own ([`Scene::place_camera`]).
     pub camera_placed: bool,
     pub environment: Option<Environment>,
+    /// Names of the sets of materials that the file has to choose from (`KHR_materials_variants`).
+    pub variants: Vec<String>,
     /// Width and height that the file asks for (`extras.resolution` of the root), in pixels.
     pub resolution: Option<[u32; 2]>,
     /// What is not shown as the file has it.

@@ -372,3 +372,63 @@ fn a_malformed_part_is_one_faulty_part() {
     assert_eq!(shown(spoiled("/textures/0", json!({"source": "0"})), "materials[0]"), (2, 1));
     assert_eq!(shown(spoiled("/images/0", json!({"bufferView": -1})), "images[0]"), (2, 1));
 }
+
+/// The document's reader has types for more than is looked at here, and falls over what they do not hold.
+#[test]
+fn what_is_not_read_costs_nothing() {
+    let mut file = two_meshes(|file| primitive(file)["material"] = json!(0));
+    let uvs = file.floats("VEC2", &[0.5; 6]);
+    primitive(&mut file)["attributes"]["TEXCOORD_0"] = json!(uvs);
+    let texture = file.texture(&encode(&DynamicImage::new_rgb8(1, 1), ImageFormat::Png));
+    file.json["textures"][texture]["sampler"] = json!(0);
+    file.json["samplers"] = json!([{}]);
+    file.json["materials"] = json!([{"emissiveTexture": {"index": texture}}]);
+    file.json["skins"] = json!([{"joints": [0]}]);
+    file.json["scenes"] = json!([{"nodes": [0, 1, 2, 3]}]);
+    file.json["cameras"] = json!([
+        {"type": "perspective", "perspective": {"yfov": 1}},
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1}},
+    ]);
+    file.push("nodes", json!({"camera": 0}));
+    file.push("nodes", json!({"camera": 1}));
+    let plain = file.scene();
+    assert!(plain.warnings.is_empty() && plain.cameras.len() == 2, "{:?}", plain.warnings);
+    for (pointer, name, value) in [
+        ("", "animations", json!([{"channels": 5}])),
+        ("/asset", "version", json!(2.0)),
+        ("/accessors/0", "min", json!("low")),
+        ("/accessors/0", "name", json!(1)),
+        ("/bufferViews/0", "target", json!(-1)),
+        ("/cameras/0/perspective", "znear", json!("0.1")),
+        ("/cameras/1/orthographic", "zfar", json!("100")),
+        ("/images/0", "mimeType", json!(1)),
+        ("/materials/0", "occlusionTexture", json!({"index": "x"})),
+        ("/materials/0", "pbrMetallicRoughness", json!(null)),
+        ("/materials/0", "name", json!(null)),
+        ("/meshes/0", "extras", json!([{"a": null}])),
+        ("/nodes/0", "camera", json!(null)),
+        ("/samplers/0", "minFilter", json!("x")),
+        ("/skins/0", "skeleton", json!(-1)),
+    ] {
+        let mut other = file.clone();
+        other.json.pointer_mut(pointer).unwrap()[name] = value;
+        let scene = other.scene();
+        assert!(scene.warnings.is_empty(), "{pointer}/{name}: {:?}", scene.warnings);
+        assert_eq!(scene.content_hash(), plain.content_hash(), "{pointer}/{name}");
+    }
+}
+
+/// Numbers that single precision does not hold, where the document's reader has it.
+#[test]
+fn transforms_and_weights_are_in_double_precision() {
+    let mut file = GltfFile::triangle();
+    let deltas = file.floats("VEC3", &[1.0, 0.0, 0.0].repeat(3));
+    file.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": deltas}]);
+    let exact = 1.0 / 3.0;
+    file.json["meshes"][0]["weights"] = json!([exact]);
+    file.json["nodes"] = json!([{"mesh": 0, "translation": [0, exact, 0]}]);
+    let position = |file: &GltfFile| file.scene().meshes[0].positions[0];
+    assert_eq!(position(&file), DVec3::new(exact, exact, 0.0));
+    file.json["nodes"][0]["weights"] = json!([0.1]);
+    assert_eq!(position(&file), DVec3::new(0.1, exact, 0.0));
+}

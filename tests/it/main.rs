@@ -35,6 +35,9 @@ mod layers;
 mod layout;
 mod loader;
 mod loader_bad;
+#[cfg(feature = "compressed")]
+mod loader_compressed;
+mod loader_extensions;
 mod loader_lenient;
 mod loader_materials;
 mod metamorphic;

@@ -85,6 +85,7 @@ fn scene() -> Scene {
         lights: vec![light.clone(), light],
         cameras: vec![camera.clone(), camera],
         camera_placed: false,
+        variants: Vec::new(),
         environment: Some(environment),
         resolution: Some([2, 1]),
         warnings: vec![Warning::new("a part", "it is odd", "it is left out")],
@@ -188,6 +189,7 @@ fn what_pictures_do_not_depend_on_does_not_count() {
         |scene| scene.cameras[1].name.clear(),
         |scene| scene.environment.as_mut().unwrap().name.clear(),
         |scene| scene.resolution = None,
+        |scene| scene.variants = vec!["night".into()],
         |scene| scene.warnings.clear(),
         |scene| _ = scene.place_camera(scene.cameras[0].clone()),
     ];

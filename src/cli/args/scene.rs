@@ -25,6 +25,9 @@ pub struct SceneArgs {
     /// Rotation of the environment about the vertical axis, degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true)]
     pub env_rotate: f32,
+    /// Show the materials of this variant of the file (KHR_materials_variants); `halfway info` lists them.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
     /// Let the scene refer to files outside its folder.
     #[arg(long)]
     pub allow_outside: bool,
@@ -64,6 +67,10 @@ impl SceneArgs {
     /// What the loader reports.
     pub fn read(&self) -> Result<Scene, CliError> {
         let mut scene = match self.scene.to_str().and_then(|name| name.strip_prefix("builtin:")) {
+            Some(_) if self.variant.is_some() => {
+                let usage = "--variant is for files, and built-in scenes have no variants; leave it out";
+                return Err(InputError::Usage(usage.into()).into());
+            }
             Some(name) => builtin::builtin(name).ok_or_else(|| {
                 InputError::Usage(format!(
                     "no built-in scene '{name}'; there are: {}",
@@ -74,6 +81,7 @@ impl SceneArgs {
                 let options = LoadOptions {
                     allow_outside: self.allow_outside,
                     strict: self.strict,
+                    variant: self.variant.clone(),
                     ..LoadOptions::default()
                 };
                 gltf::load(&self.scene, &options)?

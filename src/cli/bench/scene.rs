@@ -49,6 +49,7 @@ impl BenchSceneArgs {
             env_rotate: 0.0,
             allow_outside: self.allow_outside,
             strict: self.strict,
+            variant: None,
         };
         let mut scene = from.load()?;
         let camera = self.camera.choose(&mut scene)?;

@@ -4,21 +4,17 @@
 //! All arithmetic on offsets is checked `u64`; values come out as `f64`, which holds every component exactly.
 //! Source of the decoding rules: glTF 2.0, 3.6.2 "Accessors" and 3.11 "Animations" (normalised integers).
 
+use gltf::json::accessor::{Type, sparse};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
+
 use super::LoadOptions;
 use super::buffers::{Buffers, View};
-use super::document::{self, Document, part};
+use super::document::Document;
 use crate::scene::SceneError;
 
 /// The number type of one component.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
+pub use gltf::json::accessor::ComponentType as Component;
 
 /// What an accessor may look like for the use at hand.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +22,7 @@ pub struct Format {
     /// Its name in messages, e.g. `POSITION`.
     pub what: &'static str,
     /// Accepted `type`s.
-    pub kinds: &'static [&'static str],
+    pub kinds: &'static [Type],
     /// Accepted integer components, with the normalised flag they must have; `f32` where `float`.
     pub integers: &'static [(Component, bool)],
     pub float: bool,
@@ -68,26 +64,56 @@ impl Accessors<'_> {
     ///
     /// # Errors
     /// Those of [`Self::read_as_is`]; NaN or infinite values.
-    pub fn read(&self, index: u64, format: &Format, from: &str) -> Result<Values, SceneError> {
-        let values = self.read_as_is(index, format, from)?;
-        match values.data.iter().position(|value| !value.is_finite()) {
-            None => Ok(values),
-            Some(bad) => Err(SceneError::invalid(
-                format!("accessors[{index}]"),
-                "ACCESSOR_INVALID_FLOAT",
-                format!("{} {} is {}", format.what, bad / values.lanes, values.data[bad]),
-            )),
+    pub fn read(
+        &self,
+        index: Index<json::Accessor>,
+        format: &Format,
+        from: &str,
+    ) -> Result<Values, SceneError> {
+        finite(self.read_as_is(index, format, from)?, format, &place(index))
+    }
+
+    /// The values of accessor `index` where another place has its components, as integers where they are some.
+    ///
+    /// # Errors
+    /// Another layout than one of `format`, or than `components` has.
+    pub fn adopt(
+        &self,
+        index: Index<json::Accessor>,
+        components: &Values,
+        format: &Format,
+        from: &str,
+    ) -> Result<Values, SceneError> {
+        let accessor = self.document.get(index, from)?;
+        let place = place(index);
+        let component = component(accessor, &place)?;
+        let lanes = self.check_format(accessor, component, format, &place)?;
+        let found = (components.lanes, components.len() as u64);
+        if found != (lanes, accessor.count.0) {
+            let expected = (lanes, accessor.count.0);
+            let detail = format!(
+                "{} has {} elements of {} components, but {} of {} in the compressed mesh",
+                format.what, expected.1, expected.0, found.1, found.0
+            );
+            return Err(SceneError::invalid(place, "ACCESSOR_COMPRESSED_COUNT", detail));
         }
+        let scaled = |value: &f64| if accessor.normalized { normalize(component, *value) } else { *value };
+        Ok(Values { lanes, data: components.data.iter().map(scaled).collect() })
     }
 
     /// As [`Self::read`], but values may be NaN or infinite.
     ///
     /// # Errors
     /// Out-of-range references, sizes and offsets; another layout; absurd counts.
-    pub fn read_as_is(&self, index: u64, format: &Format, from: &str) -> Result<Values, SceneError> {
-        let accessor = part(&self.document.accessors, index, "accessors", from)?;
-        let place = format!("accessors[{index}]");
-        let component = component(accessor.component_type, &place)?;
+    pub fn read_as_is(
+        &self,
+        index: Index<json::Accessor>,
+        format: &Format,
+        from: &str,
+    ) -> Result<Values, SceneError> {
+        let accessor = self.document.get(index, from)?;
+        let place = place(index);
+        let component = component(accessor, &place)?;
         let lanes = self.check_format(accessor, component, format, &place)?;
         let count = self.check_count(accessor, &place)?;
 
@@ -95,7 +121,8 @@ impl Accessors<'_> {
         match accessor.buffer_view {
             Some(view) => {
                 let view = self.buffers.view(view, &place)?;
-                let layout = Layout { component, lanes, offset: accessor.byte_offset, count };
+                let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+                let layout = Layout { component, lanes, offset, count };
                 layout.decode(view, accessor.normalized, &place, &mut values.data)?;
             }
             None => {
@@ -117,17 +144,21 @@ impl Accessors<'_> {
     /// # Errors
     /// Those of [`Self::read`], `ACCESSOR_INDEX_OOB`, and `ACCESSOR_INDEX_PRIMITIVE_RESTART` for the largest value
     /// of the type, which glTF forbids.
-    pub fn read_indices(&self, index: u64, vertex_count: usize, from: &str) -> Result<Vec<u32>, SceneError> {
+    pub fn read_indices(
+        &self,
+        index: Index<json::Accessor>,
+        vertex_count: usize,
+        from: &str,
+    ) -> Result<Vec<u32>, SceneError> {
         const FORMAT: Format = Format {
             what: "indices",
-            kinds: &["SCALAR"],
+            kinds: &[Type::Scalar],
             integers: &[(Component::U8, false), (Component::U16, false), (Component::U32, false)],
             float: false,
         };
         let values = self.read(index, &FORMAT, from)?;
-        let place = format!("accessors[{index}]");
-        let accessor = part(&self.document.accessors, index, "accessors", from)?;
-        let restart = match component(accessor.component_type, &place)? {
+        let place = place(index);
+        let restart = match component(self.document.get(index, from)?, &place)? {
             Component::U8 => f64::from(u8::MAX),
             Component::U16 => f64::from(u16::MAX),
             _ => f64::from(u32::MAX),
@@ -154,76 +185,75 @@ impl Accessors<'_> {
     /// The number of components per element, once kind and component type are found acceptable.
     fn check_format(
         &self,
-        accessor: &document::Accessor,
+        accessor: &json::Accessor,
         component: Component,
         format: &Format,
         place: &str,
     ) -> Result<usize, SceneError> {
+        let Checked::Valid(kind) = accessor.type_ else {
+            let detail = "its type is none of SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 and MAT4";
+            return Err(SceneError::invalid(place, FORMAT, detail));
+        };
         let component_fits = match component {
             Component::F32 => format.float && !accessor.normalized,
             _ => format.integers.contains(&(component, accessor.normalized)),
         };
-        if !component_fits || !format.kinds.contains(&accessor.kind.as_str()) {
+        if !component_fits || !format.kinds.contains(&kind) {
             let normalized = if accessor.normalized { "normalised " } else { "" };
             return Err(SceneError::invalid(
                 place,
-                "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT",
-                format!("{} cannot be {normalized}{component:?} {:?}", format.what, accessor.kind),
+                FORMAT,
+                format!("{} cannot be {normalized}{component:?} {kind:?}", format.what),
             ));
         }
-        Ok(match accessor.kind.as_str() {
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" => 4,
-            "MAT4" => 16,
-            _ => 1,
-        })
+        Ok(kind.multiplicity())
     }
 
-    fn check_count(&self, accessor: &document::Accessor, place: &str) -> Result<u64, SceneError> {
-        if accessor.count == 0 {
+    fn check_count(&self, accessor: &json::Accessor, place: &str) -> Result<u64, SceneError> {
+        let count = accessor.count.0;
+        if count == 0 {
             return Err(SceneError::invalid(place, "VALUE_NOT_IN_RANGE", "count is 0"));
         }
         // An index list is the longest thing an accessor holds: three per triangle.
         let limit = self.options.limits.triangles.saturating_mul(3);
-        if accessor.count > limit {
-            return Err(SceneError::Limit { what: "elements in one accessor", count: accessor.count, limit });
+        if count > limit {
+            return Err(SceneError::Limit { what: "elements in one accessor", count, limit });
         }
-        Ok(accessor.count)
+        Ok(count)
     }
 
     fn apply_sparse(
         &self,
-        sparse: &document::Sparse,
+        sparse: &sparse::Sparse,
         component: Component,
         normalized: bool,
         place: &str,
         values: &mut Values,
     ) -> Result<(), SceneError> {
         let fault = |code, detail: String| SceneError::invalid(format!("{place}.sparse"), code, detail);
-        if sparse.count == 0 || sparse.count > values.len() as u64 {
+        let count = sparse.count.0;
+        if count == 0 || count > values.len() as u64 {
             return Err(fault(
                 "ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE",
-                format!("count {} is not in 1..={}", sparse.count, values.len()),
+                format!("count {count} is not in 1..={}", values.len()),
             ));
         }
-        let index_component = self::component(sparse.indices.component_type, place)?;
-        if !matches!(index_component, Component::U8 | Component::U16 | Component::U32) {
-            return Err(fault("VALUE_NOT_IN_LIST", format!("indices cannot be {index_component:?}")));
-        }
+        let Checked::Valid(index_component) = &sparse.indices.component_type else {
+            let detail = "the componentType of its indices is none of 5121, 5123 and 5125";
+            return Err(fault("VALUE_NOT_IN_LIST", detail.into()));
+        };
         let mut indices = Vec::new();
         let view = self.buffers.view(sparse.indices.buffer_view, place)?;
-        Layout {
-            component: index_component,
-            lanes: 1,
-            offset: sparse.indices.byte_offset,
-            count: sparse.count,
-        }
-        .decode(view, false, place, &mut indices)?;
+        Layout { component: index_component.0, lanes: 1, offset: sparse.indices.byte_offset.0, count }
+            .decode(view, false, place, &mut indices)?;
         let mut replacements = Vec::new();
         let view = self.buffers.view(sparse.values.buffer_view, place)?;
-        Layout { component, lanes: values.lanes, offset: sparse.values.byte_offset, count: sparse.count }
-            .decode(view, normalized, place, &mut replacements)?;
+        Layout { component, lanes: values.lanes, offset: sparse.values.byte_offset.0, count }.decode(
+            view,
+            normalized,
+            place,
+            &mut replacements,
+        )?;
 
         let lanes = values.lanes;
         let mut previous = -1.0;
@@ -246,22 +276,33 @@ impl Accessors<'_> {
     }
 }
 
-fn component(code: u64, place: &str) -> Result<Component, SceneError> {
-    Ok(match code {
-        5120 => Component::I8,
-        5121 => Component::U8,
-        5122 => Component::I16,
-        5123 => Component::U16,
-        5125 => Component::U32,
-        5126 => Component::F32,
-        _ => {
-            return Err(SceneError::invalid(
-                place,
-                "VALUE_NOT_IN_LIST",
-                format!("componentType {code} is unknown"),
-            ));
+const FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
+
+/// The values, if all of them are finite.
+pub fn finite(values: Values, format: &Format, place: &str) -> Result<Values, SceneError> {
+    match values.data.iter().position(|value| !value.is_finite()) {
+        None => Ok(values),
+        Some(bad) => Err(SceneError::invalid(
+            place,
+            "ACCESSOR_INVALID_FLOAT",
+            format!("{} {} is {}", format.what, bad / values.lanes, values.data[bad]),
+        )),
+    }
+}
+
+/// The name of an accessor in messages.
+pub fn place(index: Index<json::Accessor>) -> String {
+    format!("accessors[{}]", index.value())
+}
+
+fn component(accessor: &json::Accessor, place: &str) -> Result<Component, SceneError> {
+    match &accessor.component_type {
+        Checked::Valid(component) => Ok(component.0),
+        Checked::Invalid => {
+            let detail = "its componentType is none of 5120, 5121, 5122, 5123, 5125 and 5126";
+            Err(SceneError::invalid(place, "VALUE_NOT_IN_LIST", detail))
         }
-    })
+    }
 }
 
 /// Where the elements of an accessor lie in its buffer view.
@@ -281,7 +322,7 @@ impl Layout {
         place: &str,
         out: &mut Vec<f64>,
     ) -> Result<(), SceneError> {
-        let size = self.component.size();
+        let size = self.component.size() as u64;
         let element = size * self.lanes as u64;
         let stride = view.stride.unwrap_or(element);
         if stride < element {
@@ -312,34 +353,35 @@ impl Layout {
             let start = (self.offset + i * stride) as usize;
             let bytes = &view.bytes[start..start + element as usize];
             out.extend(
-                bytes.chunks_exact(size as usize).map(|chunk| self.component.decode(chunk, normalized)),
+                bytes.chunks_exact(size as usize).map(|chunk| decode(self.component, chunk, normalized)),
             );
         }
         Ok(())
     }
 }
 
-impl Component {
-    /// Bytes of one component.
-    fn size(self) -> u64 {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
+/// One component from its little-endian bytes.
+fn decode(component: Component, bytes: &[u8], normalized: bool) -> f64 {
+    let value = match (component, bytes) {
+        (Component::I8, &[a]) => f64::from(a as i8),
+        (Component::U8, &[a]) => f64::from(a),
+        (Component::I16, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),
+        (Component::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),
+        (Component::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+        (Component::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        _ => unreachable!("chunks have the component's size"),
+    };
+    if normalized { normalize(component, value) } else { value }
+}
 
-    /// One component from its `size` little-endian bytes; `U32` has no normalised form.
-    fn decode(self, bytes: &[u8], normalized: bool) -> f64 {
-        let (value, largest) = match (self, bytes) {
-            (Self::I8, &[a]) => (f64::from(a as i8), f64::from(i8::MAX)),
-            (Self::U8, &[a]) => (f64::from(a), f64::from(u8::MAX)),
-            (Self::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), f64::from(i16::MAX)),
-            (Self::U16, &[a, b]) => (f64::from(u16::from_le_bytes([a, b])), f64::from(u16::MAX)),
-            (Self::U32, &[a, b, c, d]) => (f64::from(u32::from_le_bytes([a, b, c, d])), 1.0),
-            (Self::F32, &[a, b, c, d]) => (f64::from(f32::from_le_bytes([a, b, c, d])), 1.0),
-            _ => unreachable!("chunks have the component's size"),
-        };
-        if normalized { (value / largest).max(-1.0) } else { value }
-    }
+/// What an integer stands for; `U32` has no normalised form.
+fn normalize(component: Component, value: f64) -> f64 {
+    let largest = match component {
+        Component::I8 => f64::from(i8::MAX),
+        Component::U8 => f64::from(u8::MAX),
+        Component::I16 => f64::from(i16::MAX),
+        Component::U16 => f64::from(u16::MAX),
+        Component::U32 | Component::F32 => 1.0,
+    };
+    (value / largest).max(-1.0)
 }

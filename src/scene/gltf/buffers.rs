@@ -2,8 +2,16 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+#[cfg(feature = "compressed")]
+use std::sync::OnceLock;
 
-use super::document::{Document, at, part};
+use gltf::json::{self, Index, buffer};
+
+#[cfg(feature = "compressed")]
+use super::document::extension;
+use super::document::{Document, at};
+#[cfg(feature = "compressed")]
+use super::meshopt;
 use super::{LoadOptions, uri};
 use crate::scene::SceneError;
 
@@ -13,6 +21,9 @@ pub struct Buffers<'a> {
     document: &'a Document,
     /// `None`: a buffer without bytes of its own (the placeholder of a compression extension).
     data: Vec<Option<Cow<'a, [u8]>>>,
+    /// Of each buffer view that is compressed, once it is asked for: its bytes, or what is wrong with them.
+    #[cfg(feature = "compressed")]
+    decompressed: Vec<OnceLock<Result<Vec<u8>, String>>>,
 }
 
 /// A stretch of a buffer.
@@ -43,11 +54,15 @@ impl<'a> Buffers<'a> {
                 (None, _) => None,
             };
             if let Some(bytes) = &bytes {
-                if (bytes.len() as u64) < buffer.byte_length {
+                if (bytes.len() as u64) < buffer.byte_length.0 {
                     return Err(SceneError::invalid(
                         format!("buffers[{index}]"),
                         "BUFFER_BYTE_LENGTH_MISMATCH",
-                        format!("byteLength is {}, but there are {} bytes", buffer.byte_length, bytes.len()),
+                        format!(
+                            "byteLength is {}, but there are {} bytes",
+                            buffer.byte_length.0,
+                            bytes.len()
+                        ),
                     ));
                 }
                 total = total.saturating_add(bytes.len() as u64);
@@ -58,47 +73,93 @@ impl<'a> Buffers<'a> {
             }
             data.push(bytes);
         }
-        Ok(Self { document, data })
+        Ok(Self {
+            document,
+            data,
+            #[cfg(feature = "compressed")]
+            decompressed: document.buffer_views.iter().map(|_| OnceLock::new()).collect(),
+        })
     }
 
-    /// Buffer view `index`, checked against its buffer; `from` names the place of the reference.
-    pub fn view(&self, index: u64, from: &str) -> Result<View<'_>, SceneError> {
-        let view = part(&self.document.buffer_views, index, "bufferViews", from)?;
-        let place = || format!("bufferViews[{index}]");
-        at(&self.document.buffers, view.buffer, "buffers", &place())?;
-        let data = self.data[view.buffer as usize].as_deref().ok_or_else(|| {
+    /// Buffer view `index`, checked against its buffer and decompressed; `from` names the place of the reference.
+    ///
+    /// # Errors
+    /// Out-of-range references and sizes; damaged compressed bytes.
+    pub fn view(&self, index: Index<buffer::View>, from: &str) -> Result<View<'_>, SceneError> {
+        let view = self.document.get(index, from)?;
+        let place = format!("bufferViews[{}]", index.value());
+        let (offset, length) = (view.byte_offset.map_or(0, |offset| offset.0), view.byte_length.0);
+        let bytes = match self.decompressed(view, index.value(), &place)? {
+            Some(bytes) => bytes,
+            None => self.range(view.buffer, offset, length, &place)?,
+        };
+        let stride = view.byte_stride.map(|stride| stride.0);
+        if let Some(stride) = stride
+            && !(buffer::MIN_BYTE_STRIDE..=buffer::MAX_BYTE_STRIDE).contains(&stride)
+        {
+            let detail = format!("byteStride {stride} is not in 4..=252");
+            return Err(SceneError::invalid(place, "VALUE_NOT_IN_RANGE", detail));
+        }
+        Ok(View { bytes, stride: stride.map(|stride| stride as u64) })
+    }
+
+    /// What stands in place of the bytes of a compressed view; `None` where it is none.
+    #[cfg(feature = "compressed")]
+    fn decompressed(
+        &self,
+        view: &buffer::View,
+        index: usize,
+        place: &str,
+    ) -> Result<Option<&[u8]>, SceneError> {
+        let extensions = view.extensions.as_ref().map(|extensions| &extensions.others);
+        for name in meshopt::NAMES {
+            let Some(what) = extension::<meshopt::Compressed>(extensions, name, place)? else { continue };
+            let bytes = self.range(what.buffer, what.byte_offset, what.byte_length, place)?;
+            let decoded = self.decompressed[index].get_or_init(|| meshopt::decode(&what, bytes));
+            return decoded.as_ref().map(|bytes| Some(bytes.as_slice())).map_err(|detail| {
+                SceneError::invalid(place, "MESHOPT_COMPRESSION", format!("{name}: {detail}"))
+            });
+        }
+        Ok(None)
+    }
+
+    #[cfg(not(feature = "compressed"))]
+    #[expect(clippy::unused_self, reason = "as where compression is built in")]
+    fn decompressed(
+        &self,
+        _view: &buffer::View,
+        _index: usize,
+        _place: &str,
+    ) -> Result<Option<&[u8]>, SceneError> {
+        Ok(None)
+    }
+
+    /// A stretch of a buffer, checked against its length.
+    fn range(
+        &self,
+        buffer: Index<json::Buffer>,
+        offset: u64,
+        length: u64,
+        place: &str,
+    ) -> Result<&[u8], SceneError> {
+        let data = at(&self.data, buffer, place)?.as_deref().ok_or_else(|| {
             SceneError::invalid(
-                format!("buffers[{}]", view.buffer),
+                format!("buffers[{}]", buffer.value()),
                 "BUFFER_MISSING_DATA",
                 "there is neither a uri nor a binary chunk for it",
             )
         })?;
-        let end = view.byte_offset.checked_add(view.byte_length);
-        let bytes = end
-            .filter(|end| *end <= data.len() as u64)
-            .map(|end| &data[view.byte_offset as usize..end as usize])
-            .ok_or_else(|| {
-                SceneError::invalid(
-                    place(),
-                    "BUFFER_VIEW_TOO_LONG",
-                    format!(
-                        "offset {} and length {} do not fit into the {} bytes of buffers[{}]",
-                        view.byte_offset,
-                        view.byte_length,
-                        data.len(),
-                        view.buffer
-                    ),
-                )
-            })?;
-        if let Some(stride) = view.byte_stride
-            && !(4..=252).contains(&stride)
-        {
-            return Err(SceneError::invalid(
-                place(),
-                "VALUE_NOT_IN_RANGE",
-                format!("byteStride {stride} is not in 4..=252"),
-            ));
-        }
-        Ok(View { bytes, stride: view.byte_stride })
+        let end = offset.checked_add(length).filter(|end| *end <= data.len() as u64);
+        end.map(|end| &data[offset as usize..end as usize]).ok_or_else(|| {
+            SceneError::invalid(
+                place,
+                "BUFFER_VIEW_TOO_LONG",
+                format!(
+                    "offset {offset} and length {length} do not fit into the {} bytes of buffers[{}]",
+                    data.len(),
+                    buffer.value()
+                ),
+            )
+        })
     }
 }

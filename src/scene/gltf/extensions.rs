@@ -1,6 +1,6 @@
 //! What Halfway does with each glTF extension.
 
-use super::document::{Document, Part};
+use super::document::Document;
 use super::faults::Faults;
 use super::material;
 use super::unsupported::unsupported;
@@ -11,12 +11,24 @@ const UNDERSTOOD: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
 ];
 
+/// Likewise, in builds with the feature `compressed`.
+pub const COMPRESSED: &[&str] = &[
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
+];
+
 fn is_understood(name: &str) -> bool {
-    UNDERSTOOD.contains(&name) || material::EXTENSIONS.contains(&name)
+    UNDERSTOOD.contains(&name)
+        || material::EXTENSIONS.contains(&name)
+        || (cfg!(feature = "compressed") && COMPRESSED.contains(&name))
 }
 
 /// Refuses required extensions that are not understood, all in one error.
@@ -35,8 +47,8 @@ pub fn check_required(document: &Document) -> Result<(), SceneError> {
 
 /// One warning for each used extension that is ignored: those listed, and those found on materials unlisted.
 pub fn warn_ignored(document: &Document, faults: &mut Faults) {
-    let on_materials =
-        document.materials.iter().filter_map(Part::ok).flat_map(|material| material.extensions.keys());
+    let on_materials = document.materials.iter().filter_map(|material| material.extensions.as_ref());
+    let on_materials = on_materials.flat_map(|extensions| extensions.others.keys());
     let mut seen: Vec<&str> = Vec::new();
     for name in document.extensions_used.iter().chain(on_materials).map(String::as_str) {
         if !is_understood(name) && !seen.contains(&name) {

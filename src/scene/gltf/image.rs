@@ -4,13 +4,18 @@ use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::buffers::Buffers;
-use super::document::{Document, at, extension, part};
+use super::document::{Document, at, extension};
 use super::faults::Faults;
+#[cfg(feature = "compressed")]
+use super::ktx2;
 use super::unsupported::unsupported;
 use super::{LoadOptions, uri};
 use crate::scene::SceneError;
@@ -20,91 +25,129 @@ use crate::scene::texture::{Filter, Image, Texture, Wrap};
 #[derive(Debug)]
 pub struct TextureTable<'a> {
     document: &'a Document,
-    /// glTF texture index of each entry of `textures`; `None` for the one that stands in for faulty ones.
-    texture_sources: Vec<Option<u64>>,
-    /// glTF image index of each image; likewise.
-    image_sources: Vec<Option<u64>>,
+    /// What each entry of `textures` is, by glTF's index of the texture.
+    texture_sources: Vec<Source>,
+    /// What each image is, by glTF's index of the image.
+    image_sources: Vec<Source>,
     pub textures: Vec<Texture>,
+}
+
+/// What a texture or an image of the scene is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    /// It stands in for faulty ones.
+    StandIn,
+    /// One of the file.
+    File(usize),
+    /// One of the file, of which the alpha times this factor, as bits of an `f32`, is glossiness: its roughness.
+    Gloss(usize, u32),
 }
 
 #[derive(Deserialize)]
 struct AlternativeSource {
-    source: Option<u64>,
+    source: Option<Index<json::Image>>,
 }
+
+/// What `gltf::json` has for a texture without a source.
+const NO_SOURCE: usize = u32::MAX as usize;
 
 impl<'a> TextureTable<'a> {
     pub fn new(document: &'a Document) -> Self {
         Self { document, texture_sources: Vec::new(), image_sources: Vec::new(), textures: Vec::new() }
     }
 
-    /// The scene's index of glTF texture `index`; `from` names the reference.
+    /// The scene's index of glTF texture `index`, or of the roughness that its alpha times `gloss` stands for; `from`
+    /// names the reference.
     ///
     /// # Errors
     /// Dangling references, textures only in a format that is not supported; where strict, unknown sampler modes.
-    pub fn register(&mut self, index: u64, from: &str, faults: &mut Faults) -> Result<u32, SceneError> {
-        if let Some(known) = self.texture_sources.iter().position(|source| *source == Some(index)) {
+    pub fn register(
+        &mut self,
+        index: Index<json::Texture>,
+        gloss: Option<f32>,
+        from: &str,
+        faults: &mut Faults,
+    ) -> Result<u32, SceneError> {
+        let source_of = |index: usize| match gloss {
+            Some(factor) => Source::Gloss(index, factor.to_bits()),
+            None => Source::File(index),
+        };
+        let key = source_of(index.value());
+        if let Some(known) = self.texture_sources.iter().position(|source| *source == key) {
             return Ok(known as u32);
         }
-        let texture = part(&self.document.textures, index, "textures", from)?;
-        let place = format!("textures[{index}]");
-        let webp: Option<AlternativeSource> = extension(&texture.extensions, "EXT_texture_webp", &place)?;
-        let Some(source) = webp.and_then(|webp| webp.source).or(texture.source) else {
-            let names: Vec<&str> = texture.extensions.keys().map(String::as_str).collect();
+        let texture = self.document.get(index, from)?;
+        let place = format!("textures[{}]", index.value());
+        let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
+        let mut source = None;
+        for name in ALTERNATIVES {
+            let alternative: Option<AlternativeSource> = extension(extensions, name, &place)?;
+            source = source.or(alternative.and_then(|alternative| alternative.source));
+        }
+        let plain = Some(texture.source).filter(|source| source.value() != NO_SOURCE);
+        let Some(source) = source.or(plain) else {
+            let names: Vec<&str> =
+                extensions.into_iter().flat_map(|others| others.keys()).map(String::as_str).collect();
             return Err(if names.is_empty() {
                 SceneError::invalid(place, "UNDEFINED_PROPERTY", "the texture has no source")
             } else {
                 unsupported(&names)
             });
         };
-        at(&self.document.images, source, "images", &place)?;
+        at(&self.document.images, source, &place)?;
         let (wrap, filter) = match texture.sampler {
             Some(sampler) => faults
                 .or_without(&place, self.sampler(sampler, &place), "it repeats and is filtered")?
                 .unwrap_or_default(),
             None => Default::default(),
         };
-        Ok(self.add(Some(index), Some(source), wrap, filter))
+        if gloss.is_some() {
+            // The picture itself is decoded once, and is there as the specular colour.
+            self.image(Source::File(source.value()));
+        }
+        Ok(self.add(key, source_of(source.value()), wrap, filter))
     }
 
     /// The scene's index of the texture that stands in for those that are faulty: magenta all over.
     pub fn stand_in(&mut self) -> u32 {
-        match self.texture_sources.iter().position(Option::is_none) {
+        match self.texture_sources.iter().position(|source| *source == Source::StandIn) {
             Some(known) => known as u32,
-            None => self.add(None, None, Default::default(), Filter::default()),
+            None => self.add(Source::StandIn, Source::StandIn, Default::default(), Filter::default()),
         }
     }
 
-    fn add(&mut self, index: Option<u64>, source: Option<u64>, wrap: [Wrap; 2], filter: Filter) -> u32 {
-        let image = self.image_sources.iter().position(|known| *known == source).unwrap_or_else(|| {
-            self.image_sources.push(source);
-            self.image_sources.len() - 1
-        });
-        self.texture_sources.push(index);
-        self.textures.push(Texture { image: image as u32, wrap, filter });
+    fn add(&mut self, texture: Source, image: Source, wrap: [Wrap; 2], filter: Filter) -> u32 {
+        let image = self.image(image) as u32;
+        self.texture_sources.push(texture);
+        self.textures.push(Texture { image, wrap, filter });
         (self.textures.len() - 1) as u32
     }
 
-    fn sampler(&self, index: u64, from: &str) -> Result<([Wrap; 2], Filter), SceneError> {
-        let sampler = part(&self.document.samplers, index, "samplers", from)?;
-        let fault = |what: &str, code: u64| {
-            SceneError::invalid(
-                format!("samplers[{index}]"),
-                "VALUE_NOT_IN_LIST",
-                format!("{what} {code} is unknown"),
-            )
+    /// The scene's index of an image.
+    fn image(&mut self, source: Source) -> usize {
+        self.image_sources.iter().position(|known| *known == source).unwrap_or_else(|| {
+            self.image_sources.push(source);
+            self.image_sources.len() - 1
+        })
+    }
+
+    fn sampler(&self, index: Index<Sampler>, from: &str) -> Result<([Wrap; 2], Filter), SceneError> {
+        let sampler = self.document.get(index, from)?;
+        let fault = |detail: &str| {
+            SceneError::invalid(format!("samplers[{}]", index.value()), "VALUE_NOT_IN_LIST", detail)
         };
-        let wrap = |code: Option<u64>| match code {
-            None | Some(10497) => Ok(Wrap::Repeat),
-            Some(33648) => Ok(Wrap::Mirror),
-            Some(33071) => Ok(Wrap::Clamp),
-            Some(code) => Err(fault("wrap mode", code)),
+        let wrap = |mode: &Checked<WrappingMode>| match mode {
+            Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
+            Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
+            Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
+            Checked::Invalid => Err(fault("a wrap mode is none of 10497, 33648 and 33071")),
         };
         let filter = match sampler.mag_filter {
-            None | Some(9729) => Filter::Linear,
-            Some(9728) => Filter::Nearest,
-            Some(code) => return Err(fault("magFilter", code)),
+            None | Some(Checked::Valid(MagFilter::Linear)) => Filter::Linear,
+            Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+            Some(Checked::Invalid) => return Err(fault("its magFilter is neither 9728 nor 9729")),
         };
-        Ok(([wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?], filter))
+        Ok(([wrap(&sampler.wrap_s)?, wrap(&sampler.wrap_t)?], filter))
     }
 
     /// Reads and decodes the images in use, on all threads. `None` for those that cannot be read, and for the one that
@@ -122,11 +165,14 @@ impl<'a> TextureTable<'a> {
         let decoded: Vec<_> = self
             .image_sources
             .par_iter()
-            .map(|index| index.map(|index| self.decode_image(index, buffers, base_dir, options)))
+            .map(|source| match source {
+                Source::File(index) => Some(self.decode_image(*index, buffers, base_dir, options)),
+                Source::StandIn | Source::Gloss(..) => None,
+            })
             .collect();
-        let mut images = Vec::with_capacity(decoded.len());
-        for (decoded, &index) in decoded.into_iter().zip(&self.image_sources) {
-            let (Some(decoded), Some(index)) = (decoded, index) else {
+        let mut images: Vec<Option<Image>> = Vec::with_capacity(decoded.len());
+        for (decoded, &source) in decoded.into_iter().zip(&self.image_sources) {
+            let (Some(decoded), Source::File(index)) = (decoded, source) else {
                 images.push(None);
                 continue;
             };
@@ -142,18 +188,24 @@ impl<'a> TextureTable<'a> {
             }
             images.push(image.map(|(image, _)| image));
         }
+        for (place, &source) in self.image_sources.iter().enumerate() {
+            let Source::Gloss(index, factor) = source else { continue };
+            let picture = self.image_sources.iter().position(|known| *known == Source::File(index));
+            let picture = picture.and_then(|picture| images[picture].as_ref());
+            images[place] = picture.map(|picture| roughness(picture, f32::from_bits(factor)));
+        }
         Ok(images)
     }
 
     fn decode_image(
         &self,
-        index: u64,
+        index: usize,
         buffers: &Buffers<'_>,
         base_dir: Option<&Path>,
         options: &LoadOptions,
     ) -> Result<(Image, bool), SceneError> {
         let place = format!("images[{index}]");
-        let source = part(&self.document.images, index, "images", &place)?;
+        let source = self.document.get(Index::<json::Image>::new(index as u32), &place)?;
         let name = self.image_name(index).unwrap_or(&place).to_string();
         match (&source.uri, source.buffer_view) {
             (Some(uri), None) => decode(name, &uri::fetch(uri, base_dir, options)?, options),
@@ -166,13 +218,13 @@ impl<'a> TextureTable<'a> {
     }
 
     /// What the file calls an image.
-    fn image_name(&self, index: u64) -> Option<&str> {
-        let source = self.document.images.get(index as usize)?.ok()?;
+    fn image_name(&self, index: usize) -> Option<&str> {
+        let source = self.document.images.get(index)?;
         let uri = source.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
         source.name.as_deref().or(uri)
     }
 
-    fn image_place(&self, index: u64) -> String {
+    fn image_place(&self, index: usize) -> String {
         match self.image_name(index) {
             Some(name) => format!("images[{index}] \"{name}\""),
             None => format!("images[{index}]"),
@@ -180,18 +232,48 @@ impl<'a> TextureTable<'a> {
     }
 }
 
+/// Where the picture of a texture may be beside its plain source, the first one first.
+const ALTERNATIVES: &[&str] = &[
+    #[cfg(feature = "compressed")]
+    "KHR_texture_basisu",
+    "EXT_texture_webp",
+];
+
+/// The metallic-roughness picture of a surface whose glossiness is the alpha of `picture` times `factor`.
+fn roughness(picture: &Image, factor: f32) -> Image {
+    let largest = f32::from(u8::MAX);
+    let rough = |texel: &[u8; 4]| [0, (largest - factor * f32::from(texel[3])).round() as u8, 0, u8::MAX];
+    let name = format!("roughness of {}", picture.name);
+    let (width, height) = (picture.width, picture.height);
+    Image { name, width, height, texels: picture.texels.iter().map(rough).collect() }
+}
+
 /// What stands in for a picture that cannot be read: a colour that no scene has by intention.
 pub fn magenta(name: &str) -> Image {
     Image { name: name.into(), width: 1, height: 1, texels: vec![[255, 0, 255, 255]] }
 }
 
-/// Decodes a PNG, JPEG or WebP picture, recognised by its first bytes as glTF asks. The flag is true
-/// where it had more than 8 bits per channel.
+/// Decodes a PNG, JPEG, WebP or, in builds with the feature `compressed`, KTX 2.0 picture, recognised by its first bytes
+/// as glTF asks. The flag is true where it had more than 8 bits per channel.
 ///
 /// # Errors
 /// [`SceneError::Image`] for anything undecodable, [`SceneError::Limit`] for too many pixels.
 fn decode(name: String, bytes: &[u8], options: &LoadOptions) -> Result<(Image, bool), SceneError> {
     let fault = |detail: String| SceneError::Image { name: name.clone(), detail };
+    #[cfg(feature = "compressed")]
+    if bytes.starts_with(&ktx2::MAGIC) {
+        let limit = options.limits.image_pixels;
+        let picture = catch_unwind(AssertUnwindSafe(|| ktx2::decode(bytes, limit)))
+            .map_err(|_| fault("the decoder failed".into()))?
+            .map_err(|error| match error {
+                ktx2::Fault::TooLarge(count) => {
+                    SceneError::Limit { what: "pixels in one image", count, limit }
+                }
+                ktx2::Fault::Unreadable(detail) => fault(detail),
+            })?;
+        let ktx2::Picture { size: [width, height], texels } = picture;
+        return Ok((Image { name, width, height, texels }, false));
+    }
     let format = image::guess_format(bytes).map_err(|error| fault(error.to_string()))?;
     if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) {
         return Err(fault(format!("{format:?} is not a format that glTF allows")));

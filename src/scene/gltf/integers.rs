@@ -1,4 +1,5 @@
-//! Integers that exporters write as `5.0`: JSON has one kind of number, glTF and its readers have two.
+//! Integers of the document: those that exporters write as `5.0`, since JSON has one kind of number and glTF two; and
+//! those that `gltf::json` would cut to 32 bits without a word.
 
 use serde_json::{Number, Value};
 
@@ -33,9 +34,17 @@ const INTEGERS: &[&str] = &[
     "skin",
     "source",
     "texCoord",
+    "variants",
     "wrapS",
     "wrapT",
 ];
+
+/// Those among them that are sizes, and have 64 bits.
+const SIZES: &[&str] = &["byteLength", "byteOffset", "byteStride", "count"];
+
+/// What stands in the document for an index or a code that 32 bits do not hold: more than any list has. The largest
+/// number of 32 bits is left out, since `gltf::json` takes it for an absent image.
+pub const BEYOND: u32 = u32::MAX - 1;
 
 /// Objects in which every property is an index.
 const OBJECTS_OF_INTEGERS: &[&str] = &["attributes", "targets"];
@@ -48,17 +57,27 @@ pub struct Repaired {
     pub count: usize,
 }
 
-/// Makes integers of whole numbers that are written with a fraction where an integer is due. What stands in `extras` is
-/// left alone.
+/// Makes integers of whole numbers that are written with a fraction where an integer is due, and [`BEYOND`] of those
+/// that are too large. What stands in `extras` is left alone.
 pub fn repair(document: &mut Value) -> Repaired {
     let mut repaired = Repaired::default();
-    walk(document, &mut String::new(), [false, false], &mut repaired);
+    walk(document, &mut String::new(), Due::default(), &mut repaired);
     repaired
 }
 
-/// `due`: numbers that stand here, or in a list, are integers; and those of an object that stands here. `place` is as
-/// it was afterwards. The parser has limited the depth.
-fn walk(value: &mut Value, place: &mut String, due: [bool; 2], repaired: &mut Repaired) {
+/// What numbers have to be.
+#[derive(Clone, Copy, Default)]
+struct Due {
+    /// Those that stand here, or in a list.
+    integers: bool,
+    /// They have 32 bits.
+    narrow: bool,
+    /// Those of an object that stands here: indices.
+    members: bool,
+}
+
+/// `place` is as it was afterwards. The parser has limited the depth.
+fn walk(value: &mut Value, place: &mut String, due: Due, repaired: &mut Repaired) {
     let length = place.len();
     match value {
         Value::Object(members) => {
@@ -68,7 +87,11 @@ fn walk(value: &mut Value, place: &mut String, due: [bool; 2], repaired: &mut Re
                 }
                 place.push_str(name);
                 let name = name.as_str();
-                let due = [due[1] || INTEGERS.contains(&name), OBJECTS_OF_INTEGERS.contains(&name)];
+                let due = Due {
+                    integers: due.members || INTEGERS.contains(&name),
+                    narrow: !SIZES.contains(&name),
+                    members: OBJECTS_OF_INTEGERS.contains(&name),
+                };
                 walk(member, place, due, repaired);
                 place.truncate(length);
             }
@@ -76,20 +99,23 @@ fn walk(value: &mut Value, place: &mut String, due: [bool; 2], repaired: &mut Re
         Value::Array(items) => {
             for (index, item) in items.iter_mut().enumerate() {
                 // A list of plain numbers, such as a matrix, has nothing to look for.
-                if due[0] || !item.is_number() {
+                if due.integers || !item.is_number() {
                     place.push_str(&format!("[{index}]"));
                     walk(item, place, due, repaired);
                     place.truncate(length);
                 }
             }
         }
-        Value::Number(number) if due[0] => {
+        Value::Number(number) if due.integers => {
             if let Some(integer) = whole(number) {
                 if repaired.count == 0 {
                     repaired.first.clone_from(place);
                 }
                 repaired.count += 1;
                 *number = integer.into();
+            }
+            if due.narrow && number.as_u64().is_some_and(|index| index >= u64::from(BEYOND)) {
+                *number = BEYOND.into();
             }
         }
         _ => {}

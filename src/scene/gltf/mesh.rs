@@ -1,13 +1,17 @@
 //! Primitives in their mesh's own space: attributes, morph targets, triangles.
 
 use glam::{DVec2, DVec3, DVec4};
-use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
-use super::document::{self, Document};
+use gltf::json;
+use gltf::json::accessor::Type;
+use gltf::json::mesh::{Mode, Semantic};
+use gltf::json::validation::Checked;
+
+use super::document::Attributes;
 use super::faults::Faults;
-use super::unsupported::unsupported;
 use crate::scene::SceneError;
-use crate::scene::gltf::accessor::{Accessors, Component, Format, Values};
+use crate::scene::gltf::accessor::{Accessors, Component, Format, Values, finite, place};
 
 use Component::{I8, I16, U8, U16};
 
@@ -17,20 +21,30 @@ const QUANTIZED: &[(Component, bool)] =
 const SIGNED_NORMALIZED: &[(Component, bool)] = &[(I8, true), (I16, true)];
 const UNSIGNED_NORMALIZED: &[(Component, bool)] = &[(U8, true), (U16, true)];
 
-const POSITION: Format = Format { what: "POSITION", kinds: &["VEC3"], integers: QUANTIZED, float: true };
-const NORMAL: Format = Format { what: "NORMAL", kinds: &["VEC3"], integers: SIGNED_NORMALIZED, float: true };
+const POSITION: Format = Format { what: "POSITION", kinds: &[Type::Vec3], integers: QUANTIZED, float: true };
+const NORMAL: Format =
+    Format { what: "NORMAL", kinds: &[Type::Vec3], integers: SIGNED_NORMALIZED, float: true };
 const TANGENT: Format =
-    Format { what: "TANGENT", kinds: &["VEC4"], integers: SIGNED_NORMALIZED, float: true };
-const TEXCOORD: [Format; 2] = [
-    Format { what: "TEXCOORD_0", kinds: &["VEC2"], integers: QUANTIZED, float: true },
-    Format { what: "TEXCOORD_1", kinds: &["VEC2"], integers: QUANTIZED, float: true },
+    Format { what: "TANGENT", kinds: &[Type::Vec4], integers: SIGNED_NORMALIZED, float: true };
+const TEXCOORD: Format =
+    Format { what: "TEXCOORD_n", kinds: &[Type::Vec2], integers: QUANTIZED, float: true };
+/// Names of the first sets, for messages.
+const TEXCOORD_NAMES: [&str; 8] = [
+    "TEXCOORD_0",
+    "TEXCOORD_1",
+    "TEXCOORD_2",
+    "TEXCOORD_3",
+    "TEXCOORD_4",
+    "TEXCOORD_5",
+    "TEXCOORD_6",
+    "TEXCOORD_7",
 ];
 const COLOR: Format =
-    Format { what: "COLOR_0", kinds: &["VEC3", "VEC4"], integers: UNSIGNED_NORMALIZED, float: true };
+    Format { what: "COLOR_0", kinds: &[Type::Vec3, Type::Vec4], integers: UNSIGNED_NORMALIZED, float: true };
 const WEIGHTS: Format =
-    Format { what: "WEIGHTS_n", kinds: &["VEC4"], integers: UNSIGNED_NORMALIZED, float: true };
+    Format { what: "WEIGHTS_n", kinds: &[Type::Vec4], integers: UNSIGNED_NORMALIZED, float: true };
 const JOINTS: Format =
-    Format { what: "JOINTS_n", kinds: &["VEC4"], integers: &[(U8, false), (U16, false)], float: false };
+    Format { what: "JOINTS_n", kinds: &[Type::Vec4], integers: &[(U8, false), (U16, false)], float: false };
 
 /// A primitive in mesh space, in double precision until it stands in the world.
 #[derive(Clone, Debug, Default)]
@@ -43,6 +57,15 @@ pub struct Primitive {
     pub uvs: [Option<Vec<DVec2>>; 2],
     pub colors: Option<Vec<DVec4>>,
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a compressed primitive has in place of the data of its accessors.
+#[derive(Debug, Default)]
+pub struct Decompressed {
+    /// Components as they are stored: integers that are to be normalised are integers.
+    pub attributes: BTreeMap<Checked<Semantic>, Values>,
+    /// Three for each triangle, all of them in range.
+    pub indices: Vec<u32>,
 }
 
 /// Joint indices and weights of the vertices, all sets side by side.
@@ -65,9 +88,13 @@ pub enum Skipped {
 /// Reads one primitive of a document.
 #[derive(Clone, Copy, Debug)]
 pub struct PrimitiveReader<'a> {
-    pub document: &'a Document,
     pub accessors: Accessors<'a>,
-    pub source: &'a document::Primitive,
+    pub source: &'a json::mesh::Primitive,
+    /// Its morph targets.
+    pub targets: &'a [Attributes],
+    pub decompressed: Option<&'a Decompressed>,
+    /// Which sets of texture coordinates to read.
+    pub uv_sets: [u32; 2],
     /// Its name in messages.
     pub place: &'a str,
 }
@@ -85,15 +112,15 @@ impl PrimitiveReader<'_> {
         wants_tangents: bool,
         faults: &mut Faults,
     ) -> Result<Result<Primitive, Skipped>, SceneError> {
-        match self.source.mode {
-            0 => return Ok(Err(Skipped::Points)),
-            1..=3 => return Ok(Err(Skipped::Lines)),
-            4..=6 => {}
-            mode => return Err(self.fault("VALUE_NOT_IN_LIST", format!("mode {mode} is unknown"))),
-        }
-        self.check_compression()?;
-        let attributes = &self.source.attributes;
-        let Some(positions) = self.attribute(attributes, "POSITION", &POSITION, None)? else {
+        let mode = match self.source.mode {
+            Checked::Valid(Mode::Points) => return Ok(Err(Skipped::Points)),
+            Checked::Valid(Mode::Lines | Mode::LineLoop | Mode::LineStrip) => return Ok(Err(Skipped::Lines)),
+            Checked::Valid(mode) => mode,
+            Checked::Invalid => {
+                return Err(self.fault("VALUE_NOT_IN_LIST", "its mode is not in 0..=6".into()));
+            }
+        };
+        let Some(positions) = self.own(Semantic::Positions, &POSITION, None)? else {
             return Ok(Err(Skipped::NoPositions));
         };
         let count = positions.len();
@@ -102,36 +129,33 @@ impl PrimitiveReader<'_> {
             normals: self.normals(count, faults)?,
             ..Primitive::default()
         };
-        let mut optional = |format: &Format, remedy| {
-            let read = self.attribute(attributes, format.what, format, Some(count));
+        let mut optional = |semantic, format: &Format, remedy| {
+            let read = self.own(semantic, format, Some(count));
             faults.or_without(self.place, read, remedy).map(Option::flatten)
         };
         if wants_tangents && primitive.normals.is_some() {
-            let tangents = optional(&TANGENT, "tangents are computed from the texture coordinates")?;
+            let tangents =
+                optional(Semantic::Tangents, &TANGENT, "tangents are computed from the texture coordinates")?;
             primitive.tangents = tangents.map(|values| values.elements().map(DVec4::from_array).collect());
         }
-        for (uvs, format) in primitive.uvs.iter_mut().zip(&TEXCOORD) {
-            let values = optional(format, "(0, 0) is used")?;
+        for (uvs, set) in primitive.uvs.iter_mut().zip(self.uv_sets) {
+            let values = optional(Semantic::TexCoords(set), &texcoord(set), "(0, 0) is used")?;
             *uvs = values.map(|values| values.elements().map(DVec2::from_array).collect());
         }
-        let colors = optional(&COLOR, "its vertices are white")?;
+        let colors = optional(Semantic::Colors(0), &COLOR, "its vertices are white")?;
         primitive.colors = colors.as_ref().map(with_alpha);
         self.apply_targets(&mut primitive, weights, faults)?;
-        primitive.triangles = self.triangles(count, faults)?;
+        primitive.triangles = self.triangles(mode, count, faults)?;
         Ok(Ok(primitive))
     }
 
     /// Normals as the file has them; zero where they are not finite, which is repaired once the vertices have their
     /// places.
     fn normals(&self, count: usize, faults: &mut Faults) -> Result<Option<Vec<DVec3>>, SceneError> {
-        let read = self.accessor(&self.source.attributes, NORMAL.what).and_then(|accessor| {
-            let Some(accessor) = accessor else { return Ok(None) };
-            let values = match faults.is_strict() {
-                true => self.accessors.read(accessor, &NORMAL, self.place),
-                false => self.accessors.read_as_is(accessor, &NORMAL, self.place),
-            };
-            self.counted(NORMAL.what, values?, Some(count)).map(Some)
-        });
+        let read = match faults.is_strict() {
+            true => self.own(Semantic::Normals, &NORMAL, Some(count)),
+            false => self.own_as_is(Semantic::Normals, &NORMAL, Some(count)),
+        };
         let values = faults.or_without(self.place, read, "those of its triangles are used")?.flatten();
         let finite = |normal: DVec3| if normal.is_finite() { normal } else { DVec3::ZERO };
         Ok(values.map(|values| values.elements().map(|normal| finite(DVec3::from_array(normal))).collect()))
@@ -147,12 +171,11 @@ impl PrimitiveReader<'_> {
         joint_count: usize,
         faults: &mut Faults,
     ) -> Result<Option<Influences>, SceneError> {
-        let attributes = &self.source.attributes;
         let mut sets = Vec::new();
         for set in 0.. {
-            let joints = self.attribute(attributes, &format!("JOINTS_{set}"), &JOINTS, Some(vertex_count))?;
-            let weights =
-                self.attribute(attributes, &format!("WEIGHTS_{set}"), &WEIGHTS, Some(vertex_count))?;
+            let read = |semantic, format| self.own(semantic, format, Some(vertex_count));
+            let joints = read(Semantic::Joints(set), &JOINTS)?;
+            let weights = read(Semantic::Weights(set), &WEIGHTS)?;
             match (joints, weights) {
                 (Some(joints), Some(weights)) => sets.push((joints, weights)),
                 (None, None) => break,
@@ -215,38 +238,45 @@ impl PrimitiveReader<'_> {
         Ok(Some(influences))
     }
 
-    /// A compressed primitive whose plain accessors are empty would show as zeros.
-    fn check_compression(&self) -> Result<(), SceneError> {
-        const DRACO: &str = "KHR_draco_mesh_compression";
-        let plain = |accessor: &Value| {
-            let accessor =
-                accessor.as_u64().and_then(|index| self.document.accessors.get(index as usize)?.ok());
-            accessor.is_none_or(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
+    /// One of the primitive's own attributes, all of it finite.
+    fn own(
+        &self,
+        semantic: Semantic,
+        format: &Format,
+        count: Option<usize>,
+    ) -> Result<Option<Values>, SceneError> {
+        let values = self.own_as_is(semantic.clone(), format, count)?;
+        let accessor = self.source.attributes.get(&Checked::Valid(semantic));
+        let place = accessor.map_or_else(|| self.place.into(), |accessor| place(*accessor));
+        values.map(|values| finite(values, format, &place)).transpose()
+    }
+
+    /// One of the primitive's own attributes, from its accessor or from where it was compressed.
+    fn own_as_is(
+        &self,
+        semantic: Semantic,
+        format: &Format,
+        count: Option<usize>,
+    ) -> Result<Option<Values>, SceneError> {
+        let semantic = Checked::Valid(semantic);
+        let Some(&accessor) = self.source.attributes.get(&semantic) else { return Ok(None) };
+        let values = match self.decompressed.and_then(|all| all.attributes.get(&semantic)) {
+            Some(components) => self.accessors.adopt(accessor, components, format, self.place)?,
+            None => self.accessors.read_as_is(accessor, format, self.place)?,
         };
-        if self.source.extensions.contains_key(DRACO) && !self.source.attributes.values().all(plain) {
-            return Err(unsupported(&[DRACO]));
-        }
-        Ok(())
+        self.counted(format.what, values, count).map(Some)
     }
 
     fn attribute(
         &self,
-        attributes: &Map<String, Value>,
-        name: &str,
+        attributes: &Attributes,
+        semantic: Semantic,
         format: &Format,
         count: Option<usize>,
     ) -> Result<Option<Values>, SceneError> {
-        let Some(accessor) = self.accessor(attributes, name)? else { return Ok(None) };
+        let Some(&accessor) = attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
         let values = self.accessors.read(accessor, format, self.place)?;
-        self.counted(name, values, count).map(Some)
-    }
-
-    fn accessor(&self, attributes: &Map<String, Value>, name: &str) -> Result<Option<u64>, SceneError> {
-        let Some(accessor) = attributes.get(name) else { return Ok(None) };
-        match accessor.as_u64() {
-            Some(accessor) => Ok(Some(accessor)),
-            None => Err(self.fault("TYPE_MISMATCH", format!("{name} is no accessor index"))),
-        }
+        self.counted(format.what, values, count).map(Some)
     }
 
     /// The values, if there are as many as asked for.
@@ -262,12 +292,12 @@ impl PrimitiveReader<'_> {
 
     fn vectors(
         &self,
-        attributes: &Map<String, Value>,
-        name: &str,
+        attributes: &Attributes,
+        semantic: Semantic,
         format: &Format,
         count: usize,
     ) -> Result<Option<Vec<DVec3>>, SceneError> {
-        let values = self.attribute(attributes, name, format, Some(count))?;
+        let values = self.attribute(attributes, semantic, format, Some(count))?;
         Ok(values.map(|values| values.elements().map(DVec3::from_array).collect()))
     }
 
@@ -277,7 +307,7 @@ impl PrimitiveReader<'_> {
         weights: &[f64],
         faults: &mut Faults,
     ) -> Result<(), SceneError> {
-        let targets = &self.source.targets;
+        let targets = self.targets;
         if !weights.is_empty() && weights.len() != targets.len() {
             let error = self.fault(
                 "MESH_INVALID_WEIGHTS_COUNT",
@@ -288,26 +318,30 @@ impl PrimitiveReader<'_> {
         let delta = |what, kinds| Format { what, kinds, integers: QUANTIZED, float: true };
         let count = primitive.positions.len();
         for (target, &weight) in targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
-            let vec3 = |name| self.vectors(target, name, &delta(name, &["VEC3"]), count);
-            if let Some(deltas) = vec3("POSITION")? {
+            let vec3 = |semantic, what| self.vectors(target, semantic, &delta(what, &[Type::Vec3]), count);
+            if let Some(deltas) = vec3(Semantic::Positions, "POSITION")? {
                 primitive.positions.iter_mut().zip(deltas).for_each(|(p, d)| *p += weight * d);
             }
-            if let (Some(normals), Some(deltas)) = (&mut primitive.normals, vec3("NORMAL")?) {
+            if let (Some(normals), Some(deltas)) =
+                (&mut primitive.normals, vec3(Semantic::Normals, "NORMAL")?)
+            {
                 normals.iter_mut().zip(deltas).for_each(|(n, d)| *n += weight * d);
             }
-            if let (Some(tangents), Some(deltas)) = (&mut primitive.tangents, vec3("TANGENT")?) {
+            if let (Some(tangents), Some(deltas)) =
+                (&mut primitive.tangents, vec3(Semantic::Tangents, "TANGENT")?)
+            {
                 tangents.iter_mut().zip(deltas).for_each(|(t, d)| *t += (weight * d).extend(0.0));
             }
-            for (uvs, format) in primitive.uvs.iter_mut().zip(&TEXCOORD) {
-                let format = delta(format.what, &["VEC2"]);
-                let deltas = self.attribute(target, format.what, &format, Some(count))?;
+            for (uvs, set) in primitive.uvs.iter_mut().zip(self.uv_sets) {
+                let format = delta(texcoord(set).what, &[Type::Vec2]);
+                let deltas = self.attribute(target, Semantic::TexCoords(set), &format, Some(count))?;
                 if let (Some(uvs), Some(deltas)) = (uvs, deltas) {
                     let deltas = deltas.elements().map(DVec2::from_array);
                     uvs.iter_mut().zip(deltas).for_each(|(uv, d)| *uv += weight * d);
                 }
             }
-            let format = delta("COLOR_0", &["VEC3", "VEC4"]);
-            let deltas = self.attribute(target, "COLOR_0", &format, Some(count))?;
+            let format = delta("COLOR_0", &[Type::Vec3, Type::Vec4]);
+            let deltas = self.attribute(target, Semantic::Colors(0), &format, Some(count))?;
             if let (Some(colors), Some(deltas)) = (&mut primitive.colors, deltas) {
                 for (color, delta) in colors.iter_mut().zip(deltas.data.chunks_exact(deltas.lanes)) {
                     for (lane, d) in delta.iter().enumerate() {
@@ -326,12 +360,21 @@ impl PrimitiveReader<'_> {
     }
 
     /// glTF 2.0, 3.7.2.1 "Overview": how strips and fans run; both keep the winding of their first triangle.
-    fn triangles(&self, vertex_count: usize, faults: &mut Faults) -> Result<Vec<[u32; 3]>, SceneError> {
-        let indices = match self.source.indices {
-            Some(accessor) => self.accessors.read_indices(accessor, vertex_count, self.place)?,
-            None => (0..vertex_count as u32).collect(),
+    fn triangles(
+        &self,
+        mode: Mode,
+        vertex_count: usize,
+        faults: &mut Faults,
+    ) -> Result<Vec<[u32; 3]>, SceneError> {
+        let (mode, indices) = match (self.decompressed, self.source.indices) {
+            (Some(decompressed), _) => (Mode::Triangles, decompressed.indices.clone()),
+            (None, Some(accessor)) => {
+                (mode, self.accessors.read_indices(accessor, vertex_count, self.place)?)
+            }
+            (None, None) => (mode, (0..vertex_count as u32).collect()),
         };
-        let rest = if self.source.mode == 4 { indices.len() % 3 } else { 0 };
+        let separate = mode == Mode::Triangles;
+        let rest = if separate { indices.len() % 3 } else { 0 };
         if indices.len() < 3 || rest > 0 {
             let error = self.fault(
                 "MESH_PRIMITIVE_INCOMPATIBLE_MODE",
@@ -342,10 +385,10 @@ impl PrimitiveReader<'_> {
             }
             faults.tolerate(self.place, error, &format!("the last {rest} are left out"))?;
         }
-        let count = if self.source.mode == 4 { indices.len() / 3 } else { indices.len() - 2 };
-        let corner = |i: usize| match self.source.mode {
-            4 => [indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]],
-            5 => [indices[i], indices[i + 1 + i % 2], indices[i + 2 - i % 2]],
+        let count = if separate { indices.len() / 3 } else { indices.len() - 2 };
+        let corner = |i: usize| match mode {
+            Mode::Triangles => [indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]],
+            Mode::TriangleStrip => [indices[i], indices[i + 1 + i % 2], indices[i + 2 - i % 2]],
             _ => [indices[i + 1], indices[i + 2], indices[0]],
         };
         Ok((0..count).map(corner).collect())
@@ -354,6 +397,12 @@ impl PrimitiveReader<'_> {
     fn fault(&self, code: &'static str, detail: String) -> SceneError {
         SceneError::invalid(self.place, code, detail)
     }
+}
+
+/// The layout of a set of texture coordinates.
+fn texcoord(set: u32) -> Format {
+    let what = TEXCOORD_NAMES.get(set as usize).copied().unwrap_or(TEXCOORD.what);
+    Format { what, ..TEXCOORD }
 }
 
 /// Colours with their alpha, 1 where the file has none.

@@ -1,7 +1,7 @@
 //! Reading glTF 2.0 (.gltf and .glb) into a [`Scene`].
 //!
 //! ```text
-//! container -> integers -> document -> extensions (refuse or warn) -> buffers
+//! container -> integers, sieve -> document -> extensions (refuse or warn) -> buffers
 //!           -> nodes -> mesh -> skin -> tangents -> place     one mesh per primitive and instance
 //!           -> camera (and lights), material -> image
 //! ```
@@ -14,34 +14,44 @@ mod buffers;
 mod camera;
 mod container;
 mod document;
+#[cfg(feature = "compressed")]
+mod draco;
 mod extensions;
 mod faults;
 mod image;
 mod integers;
+#[cfg(feature = "compressed")]
+mod ktx2;
 mod material;
 mod mesh;
+#[cfg(feature = "compressed")]
+mod meshopt;
 mod nodes;
 mod options;
 mod place;
+mod sieve;
 mod skin;
 mod tangents;
 mod unsupported;
 mod uri;
+mod uv_sets;
 
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, DVec4};
-use serde::Deserialize;
+use gltf::json::mesh::Semantic;
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
 use serde_json::Value;
 
 use super::{Camera, PunctualLight, Scene};
 use crate::scene::SceneError;
 use accessor::Accessors;
 use buffers::Buffers;
-use document::{Document, at, part};
+use document::{Document, LIGHTS, VARIANTS};
 use faults::Faults;
 use material::MaterialTable;
-use mesh::{Primitive, PrimitiveReader, Skipped};
+use mesh::{Decompressed, Primitive, PrimitiveReader, Skipped};
 use nodes::NodeTree;
 
 pub use options::{Limits, LoadOptions};
@@ -68,9 +78,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
 pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let mut faults = Faults::new(options.strict);
     let container = container::split(bytes)?;
-    let document = parse(container.json, &mut faults)?;
+    let document = parse(&container.json, &mut faults)?;
     extensions::check_required(&document)?;
-    let buffers = Buffers::load(&document, container.bin, base_dir, options)?;
+    let buffers = Buffers::load(&document, container.bin.as_deref(), base_dir, options)?;
     let mut loader = Loader {
         document: &document,
         accessors: Accessors { document: &document, buffers: &buffers, options },
@@ -78,11 +88,13 @@ pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) 
         materials: MaterialTable::new(&document),
         scene: Scene::default(),
         faults,
+        variant: None,
         skipped: [0; 3],
         vertices: 0,
         triangles: 0,
         options,
     };
+    loader.choose_variant()?;
     extensions::warn_ignored(&document, &mut loader.faults);
     loader.add_cameras_and_lights()?;
     loader.add_meshes()?;
@@ -95,7 +107,7 @@ pub fn load_slice(bytes: &[u8], base_dir: Option<&Path>, options: &LoadOptions) 
     Ok(scene)
 }
 
-/// The document, with integers where integers are due.
+/// The document, which `gltf::json` reads once integers stand where they are due and what it cannot hold is taken out.
 fn parse(json: &[u8], faults: &mut Faults) -> Result<Document, SceneError> {
     let mut value: Value = serde_json::from_slice(json).map_err(|cause| SceneError::Json { cause })?;
     check_version(&value)?;
@@ -105,7 +117,7 @@ fn parse(json: &[u8], faults: &mut Faults) -> Result<Document, SceneError> {
         let error = SceneError::invalid(&repaired.first, "TYPE_MISMATCH", detail);
         faults.tolerate(&repaired.first, error, "they are read as integers")?;
     }
-    Document::deserialize(value).map_err(|cause| SceneError::Json { cause })
+    Document::new(value)
 }
 
 /// glTF 1.0 is told by its version, or by objects where 2.0 has lists: it did not ask for a version.
@@ -129,11 +141,13 @@ fn check_version(document: &Value) -> Result<(), SceneError> {
     Err(SceneError::Version { version: minimum.unwrap_or(version) })
 }
 
+const DRACO: &str = "KHR_draco_mesh_compression";
+
 /// One primitive's mesh at one node.
 struct Placement<'a> {
     node: usize,
-    mesh: u64,
-    source: &'a document::Mesh,
+    mesh: Index<json::Mesh>,
+    source: &'a json::Mesh,
     weights: &'a [f64],
 }
 
@@ -144,6 +158,8 @@ struct Loader<'a> {
     materials: MaterialTable<'a>,
     scene: Scene,
     faults: Faults,
+    /// Index of the variant whose materials are shown.
+    variant: Option<u32>,
     /// Primitives not shown: points, lines, without positions.
     skipped: [usize; 3],
     /// Vertices and triangles placed so far.
@@ -159,9 +175,42 @@ struct Ready {
 }
 
 impl<'a> Loader<'a> {
+    fn choose_variant(&mut self) -> Result<(), SceneError> {
+        let whole = self.document.whole(VARIANTS);
+        self.faults.or_without(VARIANTS, whole, "the file is shown without variants")?;
+        let variants = self.document.variants();
+        if let Some(wanted) = &self.options.variant {
+            let found = variants.iter().position(|name| name == wanted).ok_or_else(|| {
+                let wanted = wanted.clone();
+                let list = match variants.as_slice() {
+                    [] => "the file has none, so leave --variant out".into(),
+                    _ => format!("the file has: {}", variants.join(", ")),
+                };
+                SceneError::UnknownVariant { wanted, list }
+            })?;
+            self.variant = Some(found as u32);
+        }
+        self.scene.variants = variants;
+        Ok(())
+    }
+
+    /// The material of a primitive, by the variant that is shown.
+    fn material_of(
+        &mut self,
+        source: &json::mesh::Primitive,
+        place: &str,
+    ) -> Result<Option<Index<json::Material>>, SceneError> {
+        let whole = self.document.whole(&format!("{place}.{VARIANTS}"));
+        self.faults.or_without(place, whole, "the material of no variant is used")?;
+        let variants = source.extensions.as_ref().and_then(|e| e.khr_materials_variants.as_ref());
+        let mut mappings = variants.into_iter().flat_map(|variants| &variants.mappings);
+        let mapping = mappings.find(|mapping| self.variant.is_some_and(|v| mapping.variants.contains(&v)));
+        Ok(mapping.map(|mapping| Index::new(mapping.material)).or(source.material))
+    }
+
     fn add_cameras_and_lights(&mut self) -> Result<(), SceneError> {
-        let lights = camera::light_list(&self.document.extensions);
-        let lights = self.faults.or_without("KHR_lights_punctual", lights, "its lights are left out")?;
+        let lights = self.document.whole(LIGHTS);
+        self.faults.or_without(LIGHTS, lights, "its lights are left out")?;
         for node in self.tree.shown.clone() {
             let place = format!("nodes[{node}]");
             if let Some(index) = self.document.nodes[node].camera {
@@ -169,31 +218,36 @@ impl<'a> Loader<'a> {
                 let camera = self.faults.or_without(&place, camera, "this camera is left out")?;
                 self.scene.cameras.extend(camera);
             }
-            let Some(lights) = &lights else { continue };
-            let light = self.light(node, lights, &place);
+            let light = self.light(node, &place);
             let light = self.faults.or_without(&place, light, "this light is left out")?;
             self.scene.lights.extend(light.flatten());
         }
         Ok(())
     }
 
-    fn camera(&self, node: usize, index: u64, place: &str) -> Result<Camera, SceneError> {
-        let source = part(&self.document.cameras, index, "cameras", place)?;
+    fn camera(&self, node: usize, index: Index<json::Camera>, place: &str) -> Result<Camera, SceneError> {
+        let source = self.document.get(index, place)?;
         let name = source.name.as_deref().or(self.document.nodes[node].name.as_deref()).unwrap_or(place);
-        camera::camera(source, name, &self.tree.world[node], &format!("cameras[{index}]"))
+        camera::camera(source, name, &self.tree.world[node], &format!("cameras[{}]", index.value()))
     }
 
-    fn light(
-        &mut self,
-        node: usize,
-        lights: &[Value],
-        place: &str,
-    ) -> Result<Option<PunctualLight>, SceneError> {
-        let Some(index) = camera::light_of(&self.document.nodes[node].extensions, place)? else {
+    fn light(&mut self, node: usize, place: &str) -> Result<Option<PunctualLight>, SceneError> {
+        let document = self.document;
+        document.whole(&format!("{place}.{LIGHTS}"))?;
+        let extensions = document.nodes[node].extensions.as_ref();
+        let reference = extensions.and_then(|extensions| extensions.khr_lights_punctual.as_ref());
+        // What is wrong with the list of lights as a whole has been said.
+        let Some(index) =
+            reference.map(|reference| reference.light).filter(|_| document.whole(LIGHTS).is_ok())
+        else {
             return Ok(None);
         };
-        let light = at(lights, index, "KHR_lights_punctual.lights", place)?;
-        let place = format!("light {index} at {place}");
+        let place = format!("light {} at {place}", index.value());
+        let light = document.get(index, &place).map_err(|error| match error {
+            // What is wrong with the light is said of where it is to shine.
+            SceneError::Invalid { code, detail, .. } => SceneError::invalid(&place, code, detail),
+            error => error,
+        })?;
         camera::light(light, &self.tree.world[node], &place, &mut self.faults).map(Some)
     }
 
@@ -203,21 +257,22 @@ impl<'a> Loader<'a> {
         for &node in &self.tree.shown {
             let Some(mesh) = document.nodes[node].mesh else { continue };
             let place = format!("nodes[{node}]");
-            let source = part(&document.meshes, mesh, "meshes", &place);
+            let source = document.get(mesh, &place);
             let Some(source) = self.faults.or_without(&place, source, "it shows no mesh")? else { continue };
-            let weights = document.nodes[node].weights.as_ref().or(source.weights.as_ref());
+            let weights = document.transforms[node].weights.as_ref();
+            let weights = weights.or(document.morphs[mesh.value()].weights.as_ref());
             let weights = weights.map_or(&[][..], Vec::as_slice);
             placements.push(Placement { node, mesh, source, weights });
         }
         // Nodes that show the same mesh follow each other, so that it is read once and kept no longer than needed.
-        placements.sort_by_key(|placement| placement.mesh);
+        placements.sort_by_key(|placement| placement.mesh.value());
 
         let mut read: Option<(&Placement<'_>, Vec<Ready>)> = None;
         for placement in &placements {
             let node = &document.nodes[placement.node];
             let reusable = read.as_ref().is_some_and(|(other, _)| {
                 let skinned = node.skin.is_some() || document.nodes[other.node].skin.is_some();
-                other.mesh == placement.mesh && other.weights == placement.weights && !skinned
+                other.mesh.value() == placement.mesh.value() && other.weights == placement.weights && !skinned
             });
             if !reusable {
                 read = Some((placement, self.read_mesh(placement)?));
@@ -234,10 +289,9 @@ impl<'a> Loader<'a> {
         let mesh = placement.source;
         let mut primitives = Vec::with_capacity(mesh.primitives.len());
         for (index, source) in mesh.primitives.iter().enumerate() {
-            let place = format!("meshes[{}].primitives[{index}]", placement.mesh);
-            let ready = source
-                .get(|| place.clone())
-                .and_then(|source| self.read_primitive(placement, source, &place));
+            let place = format!("meshes[{}].primitives[{index}]", placement.mesh.value());
+            let whole = self.document.whole(&place);
+            let ready = whole.and_then(|()| self.read_primitive(placement, source, index, &place));
             primitives.extend(self.faults.or_without(&place, ready, "it is left out")?.flatten());
         }
         Ok(primitives)
@@ -247,13 +301,24 @@ impl<'a> Loader<'a> {
     fn read_primitive(
         &mut self,
         placement: &Placement<'_>,
-        source: &document::Primitive,
+        source: &json::mesh::Primitive,
+        index: usize,
         place: &str,
     ) -> Result<Option<Ready>, SceneError> {
         let document = self.document;
-        let material = self.materials.register(source.material, place, &mut self.faults)?;
+        let targets = &document.morphs[placement.mesh.value()].primitives[index].targets;
+        let material = self.material_of(source, place)?;
+        let material = self.materials.register(material, place, &mut self.faults)?;
         let normal_map = self.materials.materials[material as usize].normal_texture;
-        let reader = PrimitiveReader { document, accessors: self.accessors, source, place };
+        let decompressed = self.decompress(source, place)?;
+        let reader = PrimitiveReader {
+            accessors: self.accessors,
+            source,
+            targets,
+            decompressed: decompressed.as_ref(),
+            uv_sets: self.materials.uv_sets[material as usize],
+            place,
+        };
         let mut primitive = match reader.read(placement.weights, normal_map.is_some(), &mut self.faults)? {
             Ok(primitive) => primitive,
             Err(skipped) => {
@@ -284,11 +349,47 @@ impl<'a> Loader<'a> {
         Ok(Some(Ready { primitive, material }))
     }
 
+    /// What `KHR_draco_mesh_compression` has in place of a primitive's data.
+    #[cfg(feature = "compressed")]
+    fn decompress(
+        &self,
+        source: &json::mesh::Primitive,
+        place: &str,
+    ) -> Result<Option<Decompressed>, SceneError> {
+        let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
+        let Some(what) = document::extension::<draco::Compressed>(extensions, DRACO, place)? else {
+            return Ok(None);
+        };
+        let bytes = self.accessors.buffers.view(what.buffer_view, place)?.bytes;
+        draco::decode(&what, bytes, &self.options.limits)
+            .map(Some)
+            .map_err(|detail| SceneError::invalid(place, "DRACO_COMPRESSION", detail))
+    }
+
+    /// A compressed primitive whose plain accessors are empty would show as zeros.
+    #[cfg(not(feature = "compressed"))]
+    fn decompress(
+        &self,
+        source: &json::mesh::Primitive,
+        place: &str,
+    ) -> Result<Option<Decompressed>, SceneError> {
+        let is_plain = |accessor: &Index<json::Accessor>| {
+            let accessor = self.document.get(*accessor, place);
+            !accessor.is_ok_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+        };
+        let extensions = source.extensions.as_ref();
+        let compressed = extensions.is_some_and(|extensions| extensions.others.contains_key(DRACO));
+        if compressed && !source.attributes.values().all(is_plain) {
+            return Err(unsupported::unsupported(&[DRACO]));
+        }
+        Ok(None)
+    }
+
     fn pose(
         &mut self,
         reader: &PrimitiveReader<'_>,
         primitive: &mut Primitive,
-        skin: u64,
+        skin: Index<json::Skin>,
     ) -> Result<(), SceneError> {
         let world = &self.tree.world;
         let joints = skin::joint_matrices(self.document, skin, world, &self.accessors, reader.place)?;
@@ -304,7 +405,7 @@ impl<'a> Loader<'a> {
         let mesh = placement.source;
         let name = match (&node.name, &mesh.name) {
             (Some(name), _) | (None, Some(name)) => name.clone(),
-            (None, None) => format!("mesh {}", placement.mesh),
+            (None, None) => format!("mesh {}", placement.mesh.value()),
         };
         let transforms: Vec<DAffine3> = if node.skin.is_some() {
             // Joints put a skinned mesh into the world; the transform of its node does not count.
@@ -345,20 +446,23 @@ impl<'a> Loader<'a> {
     }
 
     /// Attributes that are there but faulty have been reported.
-    fn warn_missing_uvs(&mut self, source: &document::Primitive, material: u32, place: &str) {
+    fn warn_missing_uvs(&mut self, source: &json::mesh::Primitive, material: u32, place: &str) {
+        let uv_sets = self.materials.uv_sets[material as usize];
         let material = &self.materials.materials[material as usize];
-        for set in 0..2 {
-            let name = format!("TEXCOORD_{set}");
-            let wanted = material.textures().any(|texture| texture.uv_set == set);
-            if wanted && !source.attributes.contains_key(&name) {
-                let problem = format!("its material \"{}\" wants {name}, which is missing", material.name);
+        for (slot, set) in (0..).zip(uv_sets) {
+            let wanted = material.textures().any(|texture| texture.uv_set == slot);
+            if wanted && !source.attributes.contains_key(&Checked::Valid(Semantic::TexCoords(set))) {
+                let name = &material.name;
+                let problem = format!("its material \"{name}\" wants TEXCOORD_{set}, which is missing");
                 self.faults.note(place, problem, "(0, 0) is used");
             }
         }
     }
 
     fn add_resolution(&mut self) {
-        let Some(value) = self.document.extras.get("resolution") else { return };
+        let extras = self.document.extras.as_ref().map(|extras| serde_json::from_str::<Value>(extras.get()));
+        let Some(Ok(extras)) = extras else { return };
+        let Some(value) = extras.get("resolution") else { return };
         match serde_json::from_value::<[u32; 2]>(value.clone()) {
             Ok(resolution) if resolution.iter().all(|side| *side > 0) => {
                 self.scene.resolution = Some(resolution);

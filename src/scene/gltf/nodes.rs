@@ -1,8 +1,12 @@
 //! The node tree: which nodes the scene shows, and where each one stands in the world.
 
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use std::collections::BTreeMap;
 
-use super::document::{Document, Node, SceneList, at, extension};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use gltf::json::accessor::Type;
+use gltf::json::{self, Index};
+
+use super::document::{Document, Transform, extension};
 use super::faults::Faults;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format};
@@ -24,7 +28,12 @@ pub struct NodeTree {
 
 #[derive(serde::Deserialize)]
 struct Instancing {
-    attributes: serde_json::Map<String, serde_json::Value>,
+    attributes: BTreeMap<String, Index<json::Accessor>>,
+}
+
+#[derive(serde::Deserialize)]
+struct Visibility {
+    visible: Option<bool>,
 }
 
 impl NodeTree {
@@ -50,7 +59,7 @@ impl NodeTree {
             reached[node] = true;
             let mut transform = None;
             if let Some(parent) = parent {
-                let product = parent * local_transform(&document.nodes[node], node, faults)?;
+                let product = parent * local_transform(&document.transforms[node], node, faults)?;
                 if product.is_finite() {
                     (world[node], placed[node]) = (product, true);
                     transform = Some(product);
@@ -79,12 +88,12 @@ impl Family {
         let count = document.nodes.len();
         let mut family = Self { parents: vec![None; count], children: vec![Vec::new(); count] };
         for (node, source) in document.nodes.iter().enumerate() {
-            for &child in &source.children {
-                let found = at(&document.nodes, child, "nodes", &format!("nodes[{node}].children"));
+            for &child in source.children.iter().flatten() {
+                let found = document.get(child, &format!("nodes[{node}].children"));
                 if faults.or_without(&place(node), found, "that child is left out")?.is_none() {
                     continue;
                 }
-                let child = child as usize;
+                let child = child.value();
                 if let Some(other) = family.parents[child] {
                     let detail = format!("nodes {other} and {node} both have it as a child");
                     let error = fault(child, "NODE_PARENT_OVERRIDE", detail);
@@ -122,7 +131,7 @@ impl Family {
     }
 }
 
-/// The nodes that have a place and are below what the scene lists, each once.
+/// The nodes that have a place, are not hidden, and are below what the scene lists, each once.
 fn shown(
     document: &Document,
     family: &Family,
@@ -132,7 +141,7 @@ fn shown(
     let first = document.scenes.first();
     let scene = match document.scene {
         Some(index) => {
-            let found = at(&document.scenes, index, "scenes", "scene");
+            let found = document.get(index, "scene");
             faults.or_without("scene", found, "the first scene is shown")?.or(first)
         }
         None => first,
@@ -144,7 +153,7 @@ fn shown(
     let mut shown = Vec::new();
     let mut stack: Vec<usize> = roots.into_iter().rev().collect();
     while let Some(node) = stack.pop() {
-        if placed[node] {
+        if placed[node] && is_visible(&document.nodes[node], node, faults)? {
             shown.push(node);
             stack.extend(family.children[node].iter().rev());
         }
@@ -152,10 +161,18 @@ fn shown(
     Ok(shown)
 }
 
+/// False where `KHR_node_visibility` hides a node, with all below it.
+fn is_visible(node: &json::Node, index: usize, faults: &mut Faults) -> Result<bool, SceneError> {
+    let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
+    let visibility = extension::<Visibility>(extensions, "KHR_node_visibility", &place(index));
+    let visibility = faults.or_without(&place(index), visibility, "it is shown")?.flatten();
+    Ok(visibility.is_none_or(|visibility| visibility.visible.unwrap_or(true)))
+}
+
 /// The nodes that a scene lists, without those that are shown with another of the list.
 fn listed_roots(
     document: &Document,
-    scene: &SceneList,
+    scene: &json::Scene,
     family: &Family,
     placed: &[bool],
     faults: &mut Faults,
@@ -165,11 +182,11 @@ fn listed_roots(
     let mut order = Vec::new();
     let mut below: Vec<usize> = Vec::new();
     for &root in &scene.nodes {
-        let found = at(&document.nodes, root, "nodes", &name);
+        let found = document.get(root, &name);
         if faults.or_without(&name, found, "that node is left out")?.is_none() {
             continue;
         }
-        let root = root as usize;
+        let root = root.value();
         if !placed[root] || std::mem::replace(&mut listed[root], true) {
             continue;
         }
@@ -191,7 +208,7 @@ fn listed_roots(
     Ok(order)
 }
 
-fn local_transform(node: &Node, index: usize, faults: &mut Faults) -> Result<DAffine3, SceneError> {
+fn local_transform(node: &Transform, index: usize, faults: &mut Faults) -> Result<DAffine3, SceneError> {
     if let Some(matrix) = node.matrix {
         let matrix = DMat4::from_cols_array(&matrix);
         if matrix.row(3) != glam::DVec4::W {
@@ -227,23 +244,25 @@ fn quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
 ///
 /// # Errors
 /// Those of [`Accessors::read`]; attributes of different length.
-pub fn instances(node: &Node, index: usize, accessors: &Accessors<'_>) -> Result<Vec<DAffine3>, SceneError> {
+pub fn instances(
+    node: &json::Node,
+    index: usize,
+    accessors: &Accessors<'_>,
+) -> Result<Vec<DAffine3>, SceneError> {
     let place = format!("nodes[{index}].extensions.EXT_mesh_gpu_instancing");
+    let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
     let Some(Instancing { attributes }) =
-        extension(&node.extensions, "EXT_mesh_gpu_instancing", &format!("nodes[{index}]"))?
+        extension(extensions, "EXT_mesh_gpu_instancing", &format!("nodes[{index}]"))?
     else {
         return Ok(vec![DAffine3::IDENTITY]);
     };
     let read = |what, kinds, integers| {
-        let Some(accessor) = attributes.get(what) else { return Ok(None) };
-        let accessor = accessor.as_u64().ok_or_else(|| {
-            SceneError::invalid(&place, "TYPE_MISMATCH", format!("{what} is no accessor index"))
-        })?;
+        let Some(&accessor) = attributes.get(what) else { return Ok(None) };
         accessors.read(accessor, &Format { what, kinds, integers, float: true }, &place).map(Some)
     };
-    let translations = read("TRANSLATION", &["VEC3"], NO_NORMALIZED)?;
-    let rotations = read("ROTATION", &["VEC4"], QUATERNIONS)?;
-    let scales = read("SCALE", &["VEC3"], NO_NORMALIZED)?;
+    let translations = read("TRANSLATION", &[Type::Vec3], NO_NORMALIZED)?;
+    let rotations = read("ROTATION", &[Type::Vec4], QUATERNIONS)?;
+    let scales = read("SCALE", &[Type::Vec3], NO_NORMALIZED)?;
     let counts: Vec<usize> =
         [&translations, &rotations, &scales].into_iter().flatten().map(|values| values.len()).collect();
     let count = counts.first().copied().unwrap_or(0);

@@ -7,6 +7,8 @@ pub struct LoadOptions {
     pub allow_outside: bool,
     /// Refuse a file with any fault, where it would be shown without the part that has it.
     pub strict: bool,
+    /// Name of the variant (`KHR_materials_variants`) whose materials are shown, in place of those of no variant.
+    pub variant: Option<String>,
     pub limits: Limits,
 }
 

@@ -1,15 +1,17 @@
 //! Posing a skinned primitive at the pose that the node tree has.
 
 use glam::{DAffine3, DMat3, DVec3};
+use gltf::json::accessor::Type;
+use gltf::json::{self, Index};
 
-use super::document::{Document, at, part};
+use super::document::{Document, at};
 use super::mesh::{Influences, Primitive};
 use super::place::normal_matrix;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Format};
 
 const INVERSE_BIND: Format =
-    Format { what: "inverseBindMatrices", kinds: &["MAT4"], integers: &[], float: true };
+    Format { what: "inverseBindMatrices", kinds: &[Type::Mat4], integers: &[], float: true };
 
 /// The matrix of each joint of skin `index`, from the bind pose in mesh space to the world:
 /// world transform of the joint times its inverse bind matrix (glTF 2.0, 3.7.3.2).
@@ -18,16 +20,16 @@ const INVERSE_BIND: Format =
 /// Dangling references, fewer inverse bind matrices than joints, those of [`Accessors::read`].
 pub fn joint_matrices(
     document: &Document,
-    index: u64,
+    index: Index<json::Skin>,
     world: &[DAffine3],
     accessors: &Accessors<'_>,
     from: &str,
 ) -> Result<Vec<DAffine3>, SceneError> {
-    let skin = part(&document.skins, index, "skins", from)?;
-    let place = format!("skins[{index}]");
+    let skin = document.get(index, from)?;
+    let place = format!("skins[{}]", index.value());
     let mut matrices = Vec::with_capacity(skin.joints.len());
     for &joint in &skin.joints {
-        matrices.push(*at(world, joint, "nodes", &place)?);
+        matrices.push(*at(world, joint, &place)?);
     }
     let Some(accessor) = skin.inverse_bind_matrices else { return Ok(matrices) };
     let inverse_binds = accessors.read(accessor, &INVERSE_BIND, &place)?;

@@ -1,19 +1,18 @@
 //! What to do about extensions that cannot be read.
 
+use super::extensions::COMPRESSED;
 use crate::scene::SceneError;
 
 /// The advice that goes with an extension that is not understood.
 fn advice(name: &str) -> &'static str {
-    match name {
-        "KHR_draco_mesh_compression" => "decompress with `gltf-transform copy in.glb out.glb`",
-        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "decompress with `gltf-transform copy in.glb out.glb`"
-        }
-        "KHR_texture_basisu" => "convert the textures with `gltf-transform ktxdecompress in.glb out.glb`",
-        "KHR_materials_pbrSpecularGlossiness" => {
-            "convert the materials with `gltf-transform metalrough in.glb out.glb`"
-        }
-        _ => "export without it",
+    if name == "KHR_texture_basisu" {
+        "this build cannot read it: build with the feature `compressed`, or convert the textures with \
+         `gltf-transform ktxdecompress in.glb out.glb`"
+    } else if COMPRESSED.contains(&name) {
+        "this build cannot read it: build with the feature `compressed`, or decompress with \
+         `gltf-transform copy in.glb out.glb`"
+    } else {
+        "export without it"
     }
 }
 
