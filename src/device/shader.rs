@@ -40,6 +40,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/advance",
     "lib/alias",
     "lib/alpha",
+    "lib/bend",
     "lib/bsdf",
     "lib/bsdf_lambert",
     "lib/bsdf_microfacet",

@@ -4,6 +4,7 @@
 
 mod against_judge;
 mod alias;
+mod bent_normals;
 mod bidirectional;
 mod bsdf;
 mod bsdf_f64;
@@ -39,6 +40,7 @@ mod loader_lenient;
 mod loader_materials;
 mod metamorphic;
 mod metric;
+mod normals_f64;
 mod online;
 mod outputs;
 mod point_sets;
