@@ -27,9 +27,9 @@ fn leaving(light_vertex: LightVertex, kind: u32, point: SurfacePoint, direction:
     if kind != 0u {
         return emitted(light_vertex, kind, point, direction);
     }
-    let cos_to = cosines(point, point_normal(point), direction);
-    let lit_side = (cos_to.geometric > 0.0) == is_lit_from_front(light_vertex);
-    return select(vec2f(0.0), vec2f(1.0, light_vertex.pdf_scale * abs(cos_to.shading)), is_open(cos_to) && lit_side);
+    let w_to = shading_direction(point_frame(point), direction);
+    let lit_side = (w_to.cos_geometric > 0.0) == is_lit_from_front(light_vertex);
+    return select(vec2f(0.0), vec2f(1.0, light_vertex.pdf_scale * abs(w_to.cos_shading)), is_open(w_to) && lit_side);
 }
 
 fn connect(
@@ -40,21 +40,21 @@ fn connect(
     connection.link = link_to(eye_point, light_vertex, kind);
     connection.weight = 1.0;
     let link = connection.link;
-    let normal = point_normal(eye_point);
-    let cos_from = cosines(eye_point, normal, eye_vertex.world_from);
-    let cos_to = cosines(eye_point, normal, link.direction);
-    let reflects = is_open(cos_from) && is_open(cos_to) && (cos_from.geometric > 0.0) == (cos_to.geometric > 0.0);
+    let frame = point_frame(eye_point);
+    let w_from = shading_direction(frame, eye_vertex.world_from);
+    let w_to = shading_direction(frame, link.direction);
+    let reflects = is_open(w_from) && is_open(w_to) && (w_from.cos_geometric > 0.0) == (w_to.cos_geometric > 0.0);
     let leaves = leaving(light_vertex, kind, link.light_point, -link.direction);
     if link.to_light == 0.0 || leaves.x == 0.0 || !reflects {
         return connection;
     }
     let surface = point_surface(eye_point);
-    let f = lambert_f(surface, cos_to);
+    let f = lambert_f(surface, w_to);
     let pdf_scale = lambert_pdf_scale(surface);
-    let eye_step = vertex_step(eye_vertex, pdf_scale * abs(cos_from.shading), false);
-    let pdf_light = pdf_scale * abs(cos_to.shading) * link.to_light;
+    let eye_step = vertex_step(eye_vertex, pdf_scale * abs(w_from.cos_shading), false);
+    let pdf_light = pdf_scale * abs(w_to.cos_shading) * link.to_light;
     let pdf_eye = leaves.y * link.to_eye;
-    let arriving_light = light_vertex.weight * (leaves.x * abs(cos_to.geometric) * link.to_light);
+    let arriving_light = light_vertex.weight * (leaves.x * abs(w_to.cos_geometric) * link.to_light);
     connection.light = arriving_light * f;
     let light_step =
         light_vertex.step + light_vertex.edge_step * (scale_from_deep(eye_depth(partials) + 1u) - 1.0);

@@ -179,6 +179,10 @@ fn point_normal(point: SurfacePoint) -> vec3f {
         normal = select(normal, bent, any(bent != vec3f(0.0)));
     }
 #endif
+#if bent_normals
+    // What points into the surface is mirrored to its outer side.
+    normal -= (2.0 * min(dot(normal, point.world_ng), 0.0)) * point.world_ng;
+#endif
     return normal;
 }
 

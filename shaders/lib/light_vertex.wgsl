@@ -13,15 +13,15 @@
 fn surface_vertex(
     point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, place: vec2u,
 ) -> LightVertex {
-    let cos_from = cosines(point, point_normal(point), vertex.world_from);
+    let w_from = shading_direction(point_frame(point), vertex.world_from);
     let pdf_scale = lambert_pdf_scale(surface);
     return LightVertex(
-        select(vec3f(0.0), weight * lambert_f(surface, cos_from), is_open(cos_from)),
-        point.triangle | select(0u, LIT_FROM_FRONT, cos_from.geometric > 0.0),
+        select(vec3f(0.0), weight * lambert_f(surface, w_from), is_open(w_from)),
+        point.triangle | select(0u, LIT_FROM_FRONT, w_from.cos_geometric > 0.0),
         point.b.y,
         point.b.z,
         magnitude(weight),
-        vertex_step(vertex, pdf_scale * abs(cos_from.shading), false),
+        vertex_step(vertex, pdf_scale * abs(w_from.cos_shading), false),
         vertex.edge / vertex.pdf_area,
         pdf_scale,
         place.x,

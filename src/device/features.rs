@@ -65,9 +65,10 @@ features! {
         RoughTransmission rough_transmission, [Transmission], "adds a microfacet lobe for transmission";
         Absorption absorption, [], "an exponential for each segment inside a volume";
         Alpha alpha, [], "looks up opacity inside the traversal, at every hit of such a surface";
+        Culling culling, [], "a test at every hit of the camera's rays on such a surface";
         Textures textures, [], "look-ups while shading; 4 bytes per texel of memory";
-        Normals normals, [Attributes], "12 bytes per vertex";
-        NormalMap normal_map, [Attributes, Textures], "28 bytes per vertex, one look-up per surface";
+        Normals normals, [Attributes, BentNormals], "12 bytes per vertex";
+        NormalMap normal_map, [Attributes, Textures, BentNormals], "28 bytes per vertex, one look-up per surface";
         VertexColors vertex_colors, [Attributes], "16 bytes per vertex";
         Uv0 uv0, [Attributes], "8 bytes per vertex";
         Uv1 uv1, [Attributes], "8 bytes per vertex";
@@ -79,6 +80,7 @@ features! {
     others {
         // From the scene.
         Attributes attributes, [], "vertices carry more than positions";
+        BentNormals bent_normals, [], "directions are moved so that a bent normal loses no light";
         Lights lights, [], "something can be sampled as a light";
         DeepTree deep_tree, [], "the traversal's stack is four times as large";
         // From the device.

@@ -11,6 +11,7 @@ use halfway::math::equal_area::sphere_to_square;
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 
+use crate::bent_normals::low_poly;
 use crate::bidirectional::double_sided_lamp;
 use crate::gpu;
 use crate::reference::bidirectional::{Options, trace_full_paths};
@@ -320,6 +321,13 @@ fn c06_spheres() {
 #[test]
 fn c06_bumpy_plane() {
     assert_partition(&shown("bumpy-plane"), 8, 2e-3);
+}
+
+/// Normals bent far, on metal, plastic and glass, smooth and rough.
+#[test]
+fn c06_low_poly() {
+    assert_partition(&low_poly(0.3), 8, 2e-2);
+    assert_partition(&low_poly(0.0), 8, 2e-2);
 }
 
 /// The recursion alone, on random densities over many decades, against sums of logarithms (N-11).

@@ -4,6 +4,7 @@
 
 mod against_judge;
 mod alias;
+mod bent_normals;
 mod bidirectional;
 mod bsdf;
 mod bsdf_f64;
@@ -15,6 +16,7 @@ mod command_page;
 mod command_train;
 mod command_warnings;
 mod compare;
+mod culling;
 mod degenerate;
 mod determinism;
 mod device;
@@ -42,6 +44,7 @@ mod loader_lenient;
 mod loader_materials;
 mod metamorphic;
 mod metric;
+mod normals_f64;
 mod online;
 mod outputs;
 mod point_sets;

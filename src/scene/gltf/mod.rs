@@ -27,6 +27,7 @@ mod mesh;
 #[cfg(feature = "compressed")]
 mod meshopt;
 mod nodes;
+mod normals;
 mod options;
 mod place;
 mod sieve;
@@ -339,6 +340,13 @@ impl<'a> Loader<'a> {
         if repaired > 0 {
             let problem = format!("{repaired} normals are not finite or have no length");
             self.faults.note(place, problem, "those of the triangles are used");
+        }
+        let turned = normals::turn_to_front(&mut primitive);
+        if turned > 0 {
+            let all = primitive.triangles.len();
+            let problem = format!("the normals of {turned} of {all} triangles point to their backs");
+            let remedy = "they are turned round; export normals and winding for the same side";
+            self.faults.note(place, problem, remedy);
         }
         if let Some(normal_map) = normal_map
             && primitive.tangents.is_none()

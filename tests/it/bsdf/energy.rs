@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use halfway::math::ggx_albedo::MARGIN;
 
 use super::{
-    Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample,
+    Config, DIELECTRIC, Factors, coloured_materials, direction, evaluate, even_points, sample, twin_albedo,
     white_materials,
 };
 use crate::bsdf_f64::{Bsdf, albedo_table};
@@ -13,16 +13,6 @@ use crate::random::Stream;
 /// Cosines of the furnace's five angles.
 const COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.03];
 const POINTS: usize = 1 << 15;
-
-/// The albedo in f64: the mean weight of the twin's own sampler.
-fn twin_albedo(bsdf: &Bsdf, w: DVec3, from_eye: bool, points: usize) -> DVec3 {
-    let sum: DVec3 = even_points(points)
-        .into_iter()
-        .filter_map(|u| bsdf.sample(w, u.to_array(), from_eye))
-        .map(|sample| sample.weight)
-        .sum();
-    sum / points as f64
-}
 
 /// Mean weights on the device for every material, both sides and five angles; both transports where they differ.
 fn device_albedos(materials: &[(&'static str, Factors)]) -> Vec<(&'static str, Config, bool, Vec3)> {

@@ -1,5 +1,6 @@
 //! The BSDF of the shaders: energy, densities, reciprocity, numbers at the extremes, and its f64 twin.
 
+mod bent;
 mod density;
 mod energy;
 mod numbers;
@@ -59,6 +60,10 @@ impl Config {
             w_from,
             from_eye: from_eye.into(),
         }
+    }
+
+    pub fn is_from_eye(&self) -> bool {
+        self.from_eye == 1
     }
 
     /// The twin of exactly these f32 parameters.
@@ -224,4 +229,14 @@ pub fn even_points(count: usize) -> Vec<DVec3> {
     };
     let point = |i| DVec3::new((i as f64 + 0.5) / count as f64, radical_inverse(i, 2), radical_inverse(i, 3));
     (0..count).map(point).collect()
+}
+
+/// The albedo in f64: the mean weight of the twin's own sampler.
+pub fn twin_albedo(bsdf: &Bsdf, w: DVec3, from_eye: bool, points: usize) -> DVec3 {
+    let sum: DVec3 = even_points(points)
+        .into_iter()
+        .filter_map(|u| bsdf.sample(w, u.to_array(), from_eye))
+        .map(|sample| sample.weight)
+        .sum();
+    sum / points as f64
 }

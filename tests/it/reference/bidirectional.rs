@@ -241,16 +241,12 @@ fn walk<'a>(
         };
         points.push(point.clone());
         let world_from = -ray.direction;
-        if !point.scatters() || !point.sides_agree(world_from) || random.uniform() >= point.survival() {
+        if !point.scatters() || random.uniform() >= point.survival() {
             break;
         }
         let u = [(); 3].map(|()| random.uniform());
-        let Some(sample) = point.bsdf.sample(point.to_local(world_from), u, from_eye) else { break };
-        let direction = point.to_world(sample.w);
-        if !point.sides_agree(direction) {
-            break;
-        }
-        ray = Ray { origin: point.position, direction };
+        let Some(sample) = point.sample(world_from, u, from_eye) else { break };
+        ray = Ray { origin: point.position, direction: sample.w };
     }
     Walk { points, escaped: None }
 }

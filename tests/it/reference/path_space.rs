@@ -480,7 +480,7 @@ fn scatter_pdf(point: &Point, from: DVec3, to: DVec3) -> f64 {
     let pdf_solid = if point.bsdf.delta {
         delta_event(point, from, to).map_or(0.0, |event| event.pdf * invariant_cosine(point, to))
     } else {
-        point.bsdf.pdf(point.to_local(from), point.to_local(to))
+        point.scatter_pdf(from, to)
     };
     pdf_solid * point.survival()
 }
@@ -490,7 +490,7 @@ fn delta_event(point: &Point, from: DVec3, to: DVec3) -> Option<Sample> {
     if !point.scatters() || !point.sides_agree(from) || !point.sides_agree(to) {
         return None;
     }
-    let (from, to) = (point.to_local(from), point.to_local(to));
+    let ((from, _), (to, _)) = (point.to_local(from), point.to_local(to));
     // The first and the last number of the lottery: reflection comes first.
     [0.0, 1.0 - 0.5 * f64::EPSILON]
         .into_iter()
@@ -498,9 +498,9 @@ fn delta_event(point: &Point, from: DVec3, to: DVec3) -> Option<Sample> {
         .find(|event| event.w.z * to.z > 0.0)
 }
 
-/// n^2 |cos| of a direction.
+/// n^2 |cos| of a direction, for solid angles of the world.
 fn invariant_cosine(point: &Point, world: DVec3) -> f64 {
-    let cos = point.to_local(world).z;
+    let cos = point.carried_cosine(world);
     let index = if point.material.volume && cos < 0.0 { f64::from(point.material.ior) } else { 1.0 };
     index * index * cos.abs()
 }

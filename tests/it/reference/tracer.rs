@@ -124,15 +124,12 @@ impl<'w> Path<'_, 'w> {
             self.add_connections(scatterings + 1, throughput, &point, world_eye, medium);
 
             let q = point.roulette();
-            if !point.sides_agree(world_eye) || self.random.uniform() >= q {
+            if self.random.uniform() >= q {
                 return;
             }
             let u = [(); 3].map(|()| self.random.uniform());
-            let Some(sample) = point.bsdf.sample(point.to_local(world_eye), u, true) else { return };
-            let direction = point.to_world(sample.w);
-            if !point.sides_agree(direction) {
-                return;
-            }
+            let Some(sample) = point.sample(world_eye, u, true) else { return };
+            let direction = sample.w;
             throughput *= sample.weight / q;
             if throughput == DVec3::ZERO {
                 return;
@@ -190,8 +187,7 @@ impl<'w> Path<'_, 'w> {
             return;
         }
         let (world, q) = (self.world, point.roulette());
-        let pdf_bsdf =
-            |direction: DVec3| q * point.bsdf.pdf(point.to_local(world_eye), point.to_local(direction));
+        let pdf_bsdf = |direction: DVec3| q * point.scatter_pdf(world_eye, direction);
         let lit = |direction: DVec3, distance: f64, light: DVec3| {
             let scattered = point.scattered(world_eye, direction) * light;
             if scattered == DVec3::ZERO {

@@ -6,7 +6,8 @@ use halfway::scene::{AlphaMode, Material, Mesh, Scene, TextureRef};
 use super::geometry::{Hit, Ray, Tree};
 use super::light::Lights;
 use super::texture::lookup;
-use crate::bsdf_f64::{Bsdf, Factors, albedo_table};
+use crate::bsdf_f64::{Bsdf, Factors, Sample, albedo_table};
+use crate::normals_f64::Normals;
 
 pub struct World<'a> {
     pub scene: &'a Scene,
@@ -27,6 +28,7 @@ pub struct Point<'a> {
     pub world_ng: DVec3,
     /// Orthonormal, z is the shading normal.
     frame: [DVec3; 3],
+    normals: Normals,
     pub material: &'a Material,
     pub bsdf: Bsdf,
     /// Radiance from the front, and from the back if the material is double-sided.
@@ -160,6 +162,8 @@ impl<'a> World<'a> {
             let bent = scale * (value.x * tangent.truncate() + value.y * bitangent) + value.z * normal;
             normal = bent.try_normalize().unwrap_or(normal);
         }
+        // What points into the surface is mirrored to its outer side.
+        normal -= 2.0 * normal.dot(world_ng).min(0.0) * world_ng;
         let base_color = self.base_color(hit).truncate();
         let emission = if material.unlit {
             base_color
@@ -172,6 +176,7 @@ impl<'a> World<'a> {
             b: hit.b,
             world_ng,
             frame: frame_about(normal),
+            normals: Normals::new(normal, world_ng),
             material,
             bsdf: Bsdf::new(&Factors::at(material, base_color, |texture, srgb| {
                 self.slot(hit, texture, srgb)
@@ -188,17 +193,27 @@ impl Point<'_> {
         if shows { self.emission } else { DVec3::ZERO }
     }
 
-    pub fn to_local(&self, world: DVec3) -> DVec3 {
-        DVec3::from(self.frame.map(|axis| world.dot(axis)))
+    /// A direction as the BSDF knows it, and the solid angle there for solid angle here.
+    pub fn to_local(&self, world: DVec3) -> (DVec3, f64) {
+        let moved = self.normals.to_shading(world);
+        (DVec3::from(self.frame.map(|axis| moved.world.dot(axis))), moved.jacobian)
     }
 
-    pub fn to_world(&self, local: DVec3) -> DVec3 {
-        local.x * self.frame[0] + local.y * self.frame[1] + local.z * self.frame[2]
+    /// A direction of the BSDF in the world.
+    fn to_world(&self, local: DVec3) -> DVec3 {
+        let world = local.x * self.frame[0] + local.y * self.frame[1] + local.z * self.frame[2];
+        self.normals.to_geometric(world, local.z).world
     }
 
-    /// The direction is on the same side of the geometric and of the shading plane.
+    /// Cosine to the shading normal, in the measure of directions of the world.
+    pub fn carried_cosine(&self, world: DVec3) -> f64 {
+        let (local, jacobian) = self.to_local(world);
+        local.z * jacobian
+    }
+
+    /// The direction is on the same side of the surface in the world and for the BSDF.
     pub fn sides_agree(&self, world: DVec3) -> bool {
-        self.world_ng.dot(world) * self.frame[2].dot(world) > 0.0
+        self.world_ng.dot(world) * self.to_local(world).0.z > 0.0
     }
 
     /// f times the cosine (to the shading normal) of the direction towards the light.
@@ -206,8 +221,27 @@ impl Point<'_> {
         if !self.scatters() || !self.sides_agree(world_eye) || !self.sides_agree(world_light) {
             return DVec3::ZERO;
         }
-        let light = self.to_local(world_light);
-        self.bsdf.eval(self.to_local(world_eye), light) * light.z.abs()
+        let cos = self.carried_cosine(world_light).abs();
+        self.bsdf.eval(self.to_local(world_eye).0, self.to_local(world_light).0) * cos
+    }
+
+    /// Density per solid angle of going on from `from` to `to`, roulette not included.
+    pub fn scatter_pdf(&self, from: DVec3, to: DVec3) -> f64 {
+        let (to, jacobian) = self.to_local(to);
+        self.bsdf.pdf(self.to_local(from).0, to) * jacobian
+    }
+
+    /// The direction that a path from `from` goes on along, with the density per solid angle; `None` where it ends.
+    pub fn sample(&self, from: DVec3, u: [f64; 3], from_eye: bool) -> Option<Sample> {
+        if !self.sides_agree(from) {
+            return None;
+        }
+        let mut sample = self.bsdf.sample(self.to_local(from).0, u, from_eye)?;
+        sample.w = self.to_world(sample.w);
+        if !self.bsdf.delta {
+            sample.pdf *= self.to_local(sample.w).1;
+        }
+        self.sides_agree(sample.w).then_some(sample)
     }
 
     /// Unlit surfaces only radiate.
