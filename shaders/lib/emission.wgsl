@@ -1,6 +1,9 @@
 #import bind/lights
 #import bind/subpath
 #import lib/alias
+#if coincident
+#import lib/coincident
+#endif
 #import lib/frame
 #import lib/hit
 #import lib/rng
@@ -105,6 +108,9 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             emission.direction = to_world(frame, sample_cosine_hemisphere(u.xy));
             emission.pdf_solid = emission_pdf_solid(point, emission.direction);
             emission.throughput = emission.weight * (PI * sides);
+#if coincident
+            emission.throughput *= uncovered(point, emission.direction);
+#endif
             emission.origin = ray_origin(point, emission.direction);
             emission.position = point.position;
             emission.normal = point.world_ng;
