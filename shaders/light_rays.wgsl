@@ -28,6 +28,9 @@ fn connect_camera(path: u32, emission: Emission) {
             let cosine = emission_pdf_solid(point, view.direction) * PI * emitting_sides(point);
             pixel = view.pixel;
             seen = view.pdf_area * cosine;
+#if coincident
+            seen *= uncovered(point, view.direction);
+#endif
             shadow.origin = ray_origin(point, view.direction);
             shadow.direction = view.direction * view.distance;
             shadow.t_max = 1.0 - 0x1p-20;

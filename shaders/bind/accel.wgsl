@@ -6,7 +6,8 @@ struct Triangle {
     v1: vec3f,
     light: u32,
     v2: vec3f,
-    pad: u32,
+    /// Index into `covers`; 0 where nothing of the triangle's plane is in front of it.
+    cover: u32,
 }
 
 const TRIANGLE_FLIPPED: u32 = 0x01000000u;
@@ -20,3 +21,7 @@ const NO_TRIANGLE: u32 = 0xffffffffu;
 /// HPG 2017) as obvhs lays them out, five vec4u a node.
 @group(0) @binding(0) var<storage, read> nodes: array<vec4u>;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
+#if coincident
+/// What is in front of triangles in their own plane: see src/accel/covers.rs.
+@group(0) @binding(12) var<storage, read> covers: array<u32>;
+#endif

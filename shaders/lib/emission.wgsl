@@ -4,6 +4,9 @@
 #import bind/subspaces
 #endif
 #import lib/alias
+#if coincident
+#import lib/coincident
+#endif
 #import lib/frame
 #import lib/guide
 #import lib/hit
@@ -126,6 +129,9 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             emission.direction = to_world(frame, sample_cosine_hemisphere(draw.square));
             emission.pdf_solid = emission_pdf_solid(point, emission.direction) * draw.density;
             emission.throughput = emission.weight * (PI * sides / draw.density);
+#if coincident
+            emission.throughput *= uncovered(point, emission.direction);
+#endif
             emission.origin = ray_origin(point, emission.direction);
             emission.position = point.position;
             emission.normal = point.world_ng;

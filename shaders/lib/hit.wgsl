@@ -120,6 +120,15 @@ fn point_presence(point: SurfacePoint) -> f32 {
     return 1.0;
 }
 
+/// `point_presence` at barycentrics of a triangle.
+fn presence_at(triangle: u32, b1: f32, b2: f32) -> f32 {
+    var point: SurfacePoint;
+    point.triangle = triangle;
+    point.b = vec3f(1.0 - b1 - b2, b1, b2);
+    point.material = triangles[triangle].material_flags & TRIANGLE_MATERIAL;
+    return point_presence(point);
+}
+
 /// Radiance that leaves the point along `world_direction`.
 fn point_emission(point: SurfacePoint, world_direction: vec3f) -> vec3f {
     let flags = materials[point.material].flags;

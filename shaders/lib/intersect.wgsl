@@ -29,7 +29,7 @@ fn shear_ray(origin: vec3f, direction: vec3f) -> ShearedRay {
 }
 
 /// Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, JCGT 2(1), 2013, with one change: the vertices
-/// come sorted (src/accel.rs), so the two triangles at an edge compute its edge function from the same numbers
+/// come sorted (src/accel/mod.rs), so the two triangles at an edge compute its edge function from the same numbers
 /// in the same order, and get the same value even where a driver contracts to fused operations. That is what
 /// their double precision is for; here it is not needed.
 ///

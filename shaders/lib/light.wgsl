@@ -1,6 +1,9 @@
 #import bind/lights
 #import bind/queue
 #import lib/alias
+#if coincident
+#import lib/coincident
+#endif
 #import lib/hit
 #import lib/rng
 #import lib/sampling
@@ -94,6 +97,9 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
                 sample.cos_light = abs(dot(sample.direction, point.world_ng));
                 if sample.cos_light >= MIN_COS {
                     sample.pdf_solid = area_light_pdf_solid(point, index, sample.direction, distance);
+#if coincident
+                    sample.radiance *= uncovered(point, -sample.direction);
+#endif
                 }
             }
         }

@@ -37,7 +37,11 @@ fn emitted(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f
 #if area_lights
         case LIGHT_TRIANGLE + 1u: {
             let pdf_solid = emission_pdf_solid(point, direction);
-            return vec2f(select(0.0, 1.0, pdf_solid > 0.0), pdf_solid);
+            var share = select(0.0, 1.0, pdf_solid > 0.0);
+#if coincident
+            share *= uncovered(point, direction);
+#endif
+            return vec2f(share, pdf_solid);
         }
 #endif
 #if punctual_lights

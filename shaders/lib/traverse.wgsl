@@ -1,5 +1,10 @@
 #import bind/accel
 #import lib/intersect
+#if coincident
+#if !any_hit
+#import lib/coincident
+#endif
+#endif
 #if alpha
 #import lib/alpha
 #endif
@@ -104,6 +109,31 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
     return vec4u(n1.x, n1.y, (hits & 0xff000000u) | (n0.w >> 24u), hits & 0x00ffffffu);
 }
 
+#if coincident
+#if !any_hit
+/// What the ray meets where it meets `hit`: of the surfaces in that plane the one in front.
+fn in_front(ray: ShearedRay, direction: vec3f, hit: RayHit) -> RayHit {
+    let point = surface_point(hit.triangle, hit.b1, hit.b2);
+    let limits = covers_at(hit.triangle, vec2f(hit.b1, hit.b2), dot(direction, point.world_ng) < 0.0);
+    for (var entry = limits.x; entry < limits.y; entry++) {
+        let index = covers[entry];
+        let other = triangles[index];
+        let found = intersect_triangle(ray, other.v0, other.v1, other.v2, MAX_FLOAT);
+        var found_hit = found.t > 0.0;
+#if alpha
+        if found_hit && (other.material_flags & TRIANGLE_ALPHA) != 0u {
+            found_hit = is_present(index, found.b1, found.b2);
+        }
+#endif
+        if found_hit {
+            return RayHit(found.t, index, found.b1, found.b2);
+        }
+    }
+    return hit;
+}
+#endif
+#endif
+
 /// The hit closest to the origin among t in (0, t_max), or, with `any_hit`, the first one found.
 fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
     let sheared = shear_ray(origin, direction);
@@ -156,5 +186,12 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
             group = stack[depth];
         }
     }
+#if coincident
+#if !any_hit
+    if hit.triangle != NO_TRIANGLE {
+        return in_front(sheared, direction, hit);
+    }
+#endif
+#endif
     return hit;
 }

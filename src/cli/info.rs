@@ -229,7 +229,14 @@ fn contents(scene: &Scene, accel: &Accel) {
     };
     let emissive: usize =
         scene.meshes.iter().filter(|mesh| emitting(mesh)).map(|mesh| mesh.triangles.len()).sum();
-    println!("  lights: {emissive} emitting triangles, {} punctual", scene.lights.len());
+    let coincidence = accel.coincidence;
+    println!(
+        "  lights: {emissive} emitting triangles, {} punctual; {} of the former lie in other surfaces, {} are hidden \
+         by faces of the same corners",
+        scene.lights.len(),
+        coincidence.overlapping_emitters,
+        coincidence.hidden_emitters
+    );
     for light in &scene.lights {
         let kind = match light.kind {
             LightKind::Point => "point",

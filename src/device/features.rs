@@ -82,6 +82,7 @@ features! {
         Attributes attributes, [], "vertices carry more than positions";
         BentNormals bent_normals, [], "directions are moved so that a bent normal loses no light";
         Lights lights, [], "something can be sampled as a light";
+        Coincident coincident, [], "hits of surfaces that lie in others, and samples of such lights, look at what is in front";
         DeepTree deep_tree, [], "the traversal's stack is four times as large";
         // From the device.
         OneLane one_lane, [], "a workgroup's invocations run one after the other: sums are serial";

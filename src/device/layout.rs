@@ -32,7 +32,8 @@ device_struct! {
         /// Index into `lights` plus one; 0 for a triangle that does not emit.
         pub light: u32,
         pub v2: [f32; 3],
-        pub pad: u32,
+        /// Index into `covers`; 0 where nothing of the triangle's plane is in front of it.
+        pub cover: u32,
     }
 }
 

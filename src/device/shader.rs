@@ -47,6 +47,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/bsdf_microfacet",
     "lib/camera",
     "lib/color",
+    "lib/coincident",
     "lib/connect",
     "lib/connect_lambert",
     "lib/connections",

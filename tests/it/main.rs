@@ -11,6 +11,7 @@ mod bsdf_f64;
 mod bucket_tables;
 mod builtin;
 mod closed_forms;
+mod coincident;
 mod command;
 mod command_page;
 mod command_train;

@@ -1,7 +1,7 @@
 //! The traversal of the renderer, alone: rays in, hits out.
 
 use glam::{DVec3, Vec3};
-use halfway::accel::Accel;
+use halfway::accel::{Accel, AccelTriangle};
 use halfway::device::{Feature, layout};
 use halfway::scene::{Material, Mesh, Scene};
 
@@ -38,7 +38,7 @@ pub fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
 pub fn device_triangle(vertices: [Vec3; 3], flipped: bool) -> layout::Triangle {
     let [v0, v1, v2] = vertices.map(|vertex| vertex.to_array());
     let material_flags = if flipped { layout::TRIANGLE_FLIPPED } else { 0 };
-    layout::Triangle { v0, material_flags, v1, light: 0, v2, pad: 0 }
+    layout::Triangle { v0, material_flags, v1, light: 0, v2, cover: 0 }
 }
 
 /// A kernel that traces each ray; `features` may hold `any_hit`.
@@ -62,13 +62,18 @@ fn run(accel: &Accel, rays: &[Ray], features: &[Feature]) -> Vec<layout::Hit> {
     if accel.depth > 16 {
         features.push(Feature::DeepTree);
     }
-    let triangles: Vec<layout::Triangle> =
-        accel.triangles.iter().map(|t| device_triangle(t.vertices, t.flipped)).collect();
-    let inputs: [(&str, &[u8]); 3] = [
+    let triangle =
+        |t: &AccelTriangle| layout::Triangle { cover: t.cover, ..device_triangle(t.vertices, t.flipped) };
+    let triangles: Vec<layout::Triangle> = accel.triangles.iter().map(triangle).collect();
+    let mut inputs: Vec<(&str, &[u8])> = vec![
         ("nodes", bytemuck::cast_slice(&accel.nodes)),
         ("triangles", bytemuck::cast_slice(&triangles)),
         ("rays", bytemuck::cast_slice(rays)),
     ];
+    if !accel.covers.is_empty() {
+        features.extend([Feature::Coincident, Feature::LambertOnly]);
+        inputs.push(("covers", bytemuck::cast_slice(&accel.covers)));
+    }
     let bytes = rays.len() * size_of::<layout::Hit>();
     let output = gpu::run(&kernel, &features, &inputs, &[("found", bytes)], rays.len() as u32);
     bytemuck::pod_collect_to_vec(&output[0])

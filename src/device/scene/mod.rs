@@ -39,6 +39,8 @@ pub struct DeviceScene {
     pub lights: Arc<[LightSourceInfo]>,
     /// The BVH is deeper than the traversal's ordinary stack.
     deep_tree: bool,
+    /// Surfaces lie in one another.
+    coincident: bool,
     pub upload_time: Duration,
 }
 
@@ -66,6 +68,9 @@ impl DeviceScene {
         buffers.upload(context, "nodes", &accel.nodes)?;
         let triangles = triangles(scene, accel, &lights.of_triangle);
         buffers.upload(context, "triangles", &triangles)?;
+        if !accel.covers.is_empty() {
+            buffers.upload(context, "covers", &accel.covers)?;
+        }
         materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
         if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
@@ -82,6 +87,7 @@ impl DeviceScene {
             radiance_exponent,
             lights: lights.describe(&triangles).into(),
             deep_tree: accel.depth > STACK,
+            coincident: !accel.covers.is_empty(),
             upload_time: start.elapsed(),
         })
     }
@@ -91,6 +97,9 @@ impl DeviceScene {
         let mut features = Features::from(self.features);
         if self.deep_tree {
             features.insert(Feature::DeepTree);
+        }
+        if self.coincident {
+            features.insert(Feature::Coincident);
         }
         features
     }
@@ -159,7 +168,7 @@ fn triangles(scene: &Scene, accel: &Accel, light_of_triangle: &[u32]) -> Vec<lay
                 v1: triangle.vertices[1].to_array(),
                 light,
                 v2: triangle.vertices[2].to_array(),
-                pad: 0,
+                cover: triangle.cover,
             }
         })
         .collect()

@@ -4,6 +4,9 @@
 //! brings half of the box's diagonal into [0.5, 1). Kernels see numbers of one size whatever the scene's units
 //! are, and a scene scaled by a power of two or moved exactly gives the same picture bit for bit (C-20, C-22).
 
+mod coincident;
+mod covers;
+
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3, Vec3A};
@@ -11,6 +14,8 @@ use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use thiserror::Error;
+
+use coincident::Precedence;
 
 use crate::fault::Fault;
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
@@ -76,6 +81,8 @@ pub struct AccelTriangle {
     pub mesh: u32,
     /// Index into the mesh's triangles.
     pub triangle: u32,
+    /// Index into [`Accel::covers`]; 0 where nothing of the triangle's plane is in front of it.
+    pub cover: u32,
 }
 
 /// The acceleration structure.
@@ -89,8 +96,24 @@ pub struct Accel {
     pub depth: u32,
     /// Triangles left out: zero area, or so thin that their area is zero in unit space.
     pub dropped: usize,
+    /// What is in front of triangles in their own plane, in the words of `covers.rs`; empty where nothing is.
+    pub covers: Vec<u32>,
+    pub coincidence: Coincidence,
     pub unit: UnitSpace,
     pub build_time: Duration,
+}
+
+/// How many triangles stand where others do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coincidence {
+    /// Left out, since no ray can meet them: the same as another one, or hidden by one of the same vertices.
+    pub hidden: usize,
+    /// Those of them that emit.
+    pub hidden_emitters: usize,
+    /// Pairs that share a plane and some of its area.
+    pub overlaps: usize,
+    /// Triangles of these pairs that emit.
+    pub overlapping_emitters: usize,
 }
 
 impl Accel {
@@ -104,29 +127,74 @@ impl Accel {
             return Err(AccelError::TooManyTriangles { count: scene.triangle_count() });
         }
         let unit = unit_space(scene);
-        let (triangles, dropped) = unit_triangles(scene, &unit);
+        let (mut triangles, dropped) = unit_triangles(scene, &unit);
+        let precedence = Precedence::new(scene, &triangles);
+        let mut coincidence = leave_out_hidden(scene, &precedence, &mut triangles);
         if triangles.is_empty() {
             return Ok(Self {
                 nodes: vec![[0; 20]],
                 triangles,
                 depth: 1,
                 dropped,
+                covers: Vec::new(),
+                coincidence,
                 unit,
                 build_time: start.elapsed(),
             });
         }
         let bvh = build_bvh(&triangles);
         let depth = depth(&bvh, 0);
-        let ordered = bvh.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        let mut triangles: Vec<AccelTriangle> =
+            bvh.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        let overlaps = coincident::overlaps(&triangles);
+        coincidence.overlaps = overlaps.len();
+        let mut emitters: Vec<u32> = overlaps.as_flattened().to_vec();
+        emitters.retain(|&index| precedence.emits(&triangles[index as usize]));
+        emitters.sort_unstable();
+        emitters.dedup();
+        coincidence.overlapping_emitters = emitters.len();
+        let covers = covers::covers(&mut triangles, &overlaps, &precedence);
         Ok(Self {
             nodes: bytemuck::cast_slice(&bvh.nodes).to_vec(),
-            triangles: ordered,
+            triangles,
             depth,
             dropped,
+            covers,
+            coincidence,
             unit,
             build_time: start.elapsed(),
         })
     }
+}
+
+/// Leaves out what no ray can meet, since another triangle of the same vertices is in front of it on both sides.
+fn leave_out_hidden(
+    scene: &Scene,
+    precedence: &Precedence,
+    triangles: &mut Vec<AccelTriangle>,
+) -> Coincidence {
+    let hidden = coincident::hidden(scene, precedence, triangles);
+    let Some(&first) = hidden.first() else { return Coincidence::default() };
+    let emits = |&&index: &&u32| precedence.emits(&triangles[index as usize]);
+    let coincidence = Coincidence {
+        hidden: hidden.len(),
+        hidden_emitters: hidden.iter().filter(emits).count(),
+        ..Coincidence::default()
+    };
+    log::warn!(
+        "{} triangles have the same three corners as others that are in front of them, the first in mesh '{}'; they \
+         are left out, {} of them are emitters and count once; remove faces that stand twice",
+        coincidence.hidden,
+        scene.meshes[triangles[first as usize].mesh as usize].name,
+        coincidence.hidden_emitters,
+    );
+    let mut hidden = hidden.into_iter().peekable();
+    let mut index = 0;
+    triangles.retain(|_| {
+        index += 1;
+        hidden.next_if_eq(&(index - 1)).is_none()
+    });
+    coincidence
 }
 
 fn corners(scene: &Scene) -> impl Iterator<Item = (u32, u32, [DVec3; 3])> {
@@ -186,6 +254,7 @@ fn unit_triangles(scene: &Scene, unit: &UnitSpace) -> (Vec<AccelTriangle>, usize
             flipped: matches!(order, [0, 2, 1] | [1, 0, 2] | [2, 1, 0]),
             mesh,
             triangle,
+            cover: 0,
         });
     }
     (triangles, dropped)
