@@ -58,6 +58,7 @@ mod shots;
 mod spcbpt;
 mod specialised;
 mod splats;
+mod spots;
 mod stats;
 mod subspace_data;
 mod subspace_file;
