@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
-use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
+use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, RayCounts, Settings, integrator};
@@ -248,10 +248,15 @@ impl Prepared {
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
-        let mut integrator = integrator(&context, scene, &camera, settings, model.as_deref())?;
+        let abandoned = |error| match error {
+            DeviceError::Abandoned => RenderError::InterruptedAtOnce,
+            error => error.into(),
+        };
+        let mut integrator =
+            integrator(&context, scene, &camera, settings, model.as_deref()).map_err(abandoned)?;
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         let warm_up = Instant::now();
-        integrator.warm_up(&context)?;
+        integrator.warm_up(&context).map_err(abandoned)?;
         report.choices.extend(integrator.choices());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
@@ -267,6 +272,8 @@ impl Prepared {
             first_hits: None,
             samples: 0,
             elapsed: Duration::ZERO,
+            last_sample: Duration::ZERO,
+            was_cut: false,
             learning_time,
             radiance_scale,
             unit,

@@ -15,6 +15,7 @@ mod command_page;
 mod command_train;
 mod command_warnings;
 mod compare;
+mod cut;
 mod degenerate;
 mod determinism;
 mod device;
