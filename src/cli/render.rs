@@ -158,6 +158,9 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     }
     summary::warned(report.warnings.len(), &args.scene.scene);
     summary::warn_of_depth(&report);
+    if !quiet || args.error.is_some() {
+        report.caveats.iter().for_each(|caveat| log::warn!("{caveat}"));
+    }
     lost.iter().for_each(|lost| log::warn!("{lost}"));
     if let Some(Err(error)) = args.debug.map(|debug| debug.write(&mut renderer, &files[0], &mut saves)) {
         saves.fail(error);

@@ -66,6 +66,7 @@ device_struct! {
         pub only_t: u32,
         pub weighted: u32,
         pub subspaces: u32,
+        pub splat_scale: f32,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
@@ -84,7 +85,10 @@ impl Prepared {
             .get(options.camera)
             .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
-        Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)
+        let caveats = caveats(scene, camera, &options.method.plan());
+        let mut prepared = Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)?;
+        prepared.report.caveats = caveats;
+        Ok(prepared)
     }
 
     /// A render of a scene that is on the device, from `camera`, whatever the options say of cameras.
@@ -128,6 +132,7 @@ impl Prepared {
             features: device_scene.features,
             compiled: Vec::new(),
             warnings: uploaded.warnings.clone(),
+            caveats: Vec::new(),
             memory: Vec::new(),
             kernels: Default::default(),
         };
@@ -258,6 +263,7 @@ impl Prepared {
         let warm_up = Instant::now();
         integrator.warm_up(&context).map_err(abandoned)?;
         report.choices.extend(integrator.choices());
+        report.caveats.extend(integrator.caveats());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
         report.compile_seconds = (wavefront.compile_time() + warm_up.elapsed()).as_secs_f64();

@@ -8,6 +8,7 @@
 mod iterate;
 mod kernels;
 pub mod settings;
+mod splats;
 mod subspaces;
 
 use crate::device::layout::Camera;
@@ -43,6 +44,8 @@ pub(crate) struct Bidirectional {
     vertices_per_path: f64,
     /// Fewer light paths than usual, for lack of room.
     is_capped: bool,
+    /// Light paths of the pilot reached the camera, where they are connected to it.
+    sees_light: bool,
     kernels: Kernels,
     /// Connections are chosen by subspaces.
     subspaces: Option<Subspaces>,
@@ -112,6 +115,7 @@ impl Bidirectional {
             connection_density: if plan.connects_by_ratio() { 1.0 } else { 0.0 },
             vertices_per_path: 0.0,
             is_capped: false,
+            sees_light: true,
             kernels,
             subspaces,
             capacity: 0,
@@ -128,6 +132,9 @@ impl Bidirectional {
             }
             integrator.divide(context);
             integrator.make_room(context)?;
+        }
+        if lights && plan.to_camera && purpose == Purpose::Picture {
+            integrator.choose_splat_scale(context)?;
         }
         Ok(integrator)
     }
@@ -262,6 +269,17 @@ impl Integrator for Bidirectional {
             choices.push(Choice::new("samples that share light paths", self.iteration, reason));
         }
         choices
+    }
+
+    fn caveats(&self) -> Vec<String> {
+        // Others have eye paths.
+        if self.sees_light || self.plan.selector.is_some() {
+            return Vec::new();
+        }
+        vec![format!(
+            "of {PILOT_PATHS} light paths none reached the camera: the picture may stay black; look from elsewhere, or \
+             take another integrator"
+        )]
     }
 
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {

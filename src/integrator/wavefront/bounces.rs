@@ -80,6 +80,7 @@ impl Wavefront {
             only_t: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.t),
             weighted: u32::from(strategy.is_none_or(|strategy| strategy.weighted)),
             subspaces: self.subspaces,
+            splat_scale: self.splat_scale,
             ..Batch::default()
         };
         let mut batches = Vec::new();

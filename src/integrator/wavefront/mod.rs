@@ -57,6 +57,8 @@ pub struct Wavefront {
     pub(crate) aside: u64,
     /// K, subspaces a side.
     pub(crate) subspaces: u32,
+    /// See `shaders/bind/batch.wgsl`.
+    pub(crate) splat_scale: f32,
 }
 
 impl Wavefront {
@@ -119,6 +121,7 @@ impl Wavefront {
             light_counts: RayCounts::default(),
             aside: 0,
             subspaces: 0,
+            splat_scale: 1.0,
         };
         wavefront.bind_tests(context)?;
         Ok(wavefront)
