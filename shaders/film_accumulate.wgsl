@@ -33,6 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if splats
     // What light paths bring is the same for all samples that share them.
     let splat = take_splat(batch.first_pixel + index);
+    let splat_light = splat.rgb / batch.splat_scale;
     pixel.non_finite += u32(splat.w);
 #endif
     for (var i = 0u; i < batch.sample_count; i++) {
@@ -42,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             sample += radiance[first_slot + slot].rgb;
         }
 #if splats
-        sample += splat.rgb;
+        sample += splat_light;
 #endif
         if is_finite3(sample) {
             pixel.open += sample;

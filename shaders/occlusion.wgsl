@@ -4,6 +4,7 @@
 #import lib/path_key
 #endif
 #if splats_atomic
+#import bind/batch
 #import lib/splat
 #endif
 
@@ -34,7 +35,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let hit = trace(ray.origin, ray.direction, ray.t_max);
     if hit.triangle == NO_TRIANGLE {
 #if splats_atomic
-        add_splat(ray.slot, ray.contribution);
+        add_splat(ray.slot, ray.contribution * batch.splat_scale);
 #else
         radiance[ray.slot] += vec4f(ray.contribution, 0.0);
 #endif

@@ -39,6 +39,8 @@ struct Batch {
     weighted: u32,
     /// K, subspaces a side.
     subspaces: u32,
+    /// What light paths bring to the camera is summed in units that are so many times finer: a power of two.
+    splat_scale: f32,
 }
 
 /// Samples of a pixel that belong together, counted from the first.

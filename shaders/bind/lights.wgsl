@@ -23,10 +23,13 @@ const LIGHT_DIRECTIONAL: u32 = 4u;
 #if punctual_lights
 struct PunctualLight {
     position: vec3f,
-    /// Spot falloff as glTF has it: (cosine * angle_scale + angle_offset) clamped and squared.
-    angle_scale: f32,
+    /// 1 - cosine of the half angle of the cone that it shines into; 2 of a point light. A narrow cone's cosine alone
+    /// would have lost its digits.
+    cone: f32,
     intensity: vec3f,
-    angle_offset: f32,
+    /// Spot falloff: what `cone` leaves of 1 - cosine, times this, clamped and squared. (glTF's formula, with the
+    /// differences of cosines written as what they differ from one.)
+    falloff_scale: f32,
     direction: vec3f,
     pad: u32,
 }

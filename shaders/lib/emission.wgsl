@@ -12,6 +12,9 @@
 #import lib/hit
 #import lib/rng
 #import lib/sampling
+#if punctual_lights
+#import lib/spot
+#endif
 #if environment
 #import lib/equal_area
 #endif
@@ -40,17 +43,9 @@ fn emission_pdf_solid(point: SurfacePoint, direction: vec3f) -> f32 {
 }
 
 #if punctual_lights
-/// 1 - cosine of the half angle of the cone that a point or spot light shines into.
-fn emission_cone(light: PunctualLight, is_spot: bool) -> f32 {
-    // The cosine at which the falloff reaches zero.
-    return select(2.0, 1.0 + light.angle_offset / light.angle_scale, is_spot);
-}
-
 /// Intensity of a point or spot light in a direction, as a share of its largest.
 fn emission_falloff(light: PunctualLight, direction: vec3f, is_spot: bool) -> f32 {
-    let cosine = dot(direction, light.direction);
-    let falloff = clamp(cosine * light.angle_scale + light.angle_offset, 0.0, 1.0);
-    return select(1.0, falloff * falloff, is_spot);
+    return select(1.0, spot_falloff(light, direction), is_spot);
 }
 #endif
 
@@ -160,13 +155,12 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
         case LIGHT_POINT, LIGHT_SPOT: {
             let punctual = punctual_lights[light.index];
             let is_spot = light.kind == LIGHT_SPOT;
-            let cone = emission_cone(punctual, is_spot);
             let frame = frame_from_normal(select(vec3f(0.0, 0.0, 1.0), punctual.direction, is_spot));
             emission.pdf_light = pdf_select;
             emission.weight = punctual.intensity / pdf_select;
             let draw = emission_draw(index, vec2f(0.0), u.xy);
-            emission.direction = to_world(frame, sample_uniform_cone(draw.square, cone));
-            emission.pdf_solid = uniform_cone_pdf_solid(cone) * draw.density;
+            emission.direction = to_world(frame, sample_uniform_cone(draw.square, punctual.cone));
+            emission.pdf_solid = uniform_cone_pdf_solid(punctual.cone) * draw.density;
             let falloff = emission_falloff(punctual, emission.direction, is_spot);
             emission.throughput = emission.weight * (falloff / emission.pdf_solid);
             emission.origin = punctual.position;

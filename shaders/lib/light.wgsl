@@ -7,6 +7,9 @@
 #import lib/hit
 #import lib/rng
 #import lib/sampling
+#if punctual_lights
+#import lib/spot
+#endif
 #if environment
 #import lib/equal_area
 #endif
@@ -138,10 +141,9 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
                 sample.is_delta = true;
                 var falloff = 1.0;
                 if light.kind == LIGHT_SPOT {
-                    let cosine = -dot(sample.direction, punctual.direction);
-                    falloff = clamp(cosine * punctual.angle_scale + punctual.angle_offset, 0.0, 1.0);
+                    falloff = spot_falloff(punctual, -sample.direction);
                 }
-                sample.radiance = punctual.intensity * (falloff * falloff) / distance / distance;
+                sample.radiance = punctual.intensity * falloff / distance / distance;
             }
         }
 #endif

@@ -3,8 +3,9 @@
 #import lib/rng
 
 // Sums that many invocations add to, in 64-bit fixed point: integers commute, so no addition is lost and the
-// sum does not depend on the order. A unit is 2^-44 of device radiance, which is one at the strongest light; what
-// lies between two units goes to either with the chance that makes the mean right.
+// sum does not depend on the order. A unit is 2^-44 of device radiance, which is one at the strongest light, or of a
+// multiple of it where the picture is much dimmer (`batch.splat_scale`); what lies between two units goes to either with
+// the chance that makes the mean right.
 
 const SPLAT_UNIT: f32 = 0x1p-44;
 /// A high word counts in 2^32 units.

@@ -49,7 +49,7 @@ fn emitted(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f
             let light = punctual_lights[index_of(vertex)];
             let is_spot = kind == LIGHT_SPOT + 1u;
             let falloff = emission_falloff(light, direction, is_spot);
-            return vec2f(falloff, uniform_cone_pdf_solid(emission_cone(light, is_spot)));
+            return vec2f(falloff, uniform_cone_pdf_solid(light.cone));
         }
 #endif
         default: {

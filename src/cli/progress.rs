@@ -5,12 +5,15 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::device::Context;
 use crate::integrator::Choice;
 use crate::render::{Prepared, RenderError};
 use crate::training::{TrainingProgress, TrainingResult};
 
 /// Between two lines where there is no terminal.
 const LINE: Duration = Duration::from_secs(10);
+/// Time that a round has to finish after Ctrl-C or the end of `--time`: less is done twice, and it is still soon.
+const GRACE: Duration = Duration::from_secs(1);
 /// Length of the bar of a share.
 const WHOLE: f64 = 1000.0;
 
@@ -86,6 +89,11 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Ctrl-C was pressed: end well, and soon.
 pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// The device for work that ends soon after Ctrl-C, if necessary with a round unfinished.
+pub fn interruptible(context: &Context) -> Context {
+    context.interrupted_by(interrupted, GRACE)
 }
 
 /// From now on Ctrl-C only makes [`interrupted`] true; a second one ends the process.

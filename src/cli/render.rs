@@ -111,7 +111,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let trace = args.trace.open([shown.width, shown.height])?;
 
     progress::install_interrupt();
-    let context = args.picture.device.open(quiet)?;
+    let context = progress::interruptible(&args.picture.device.open(quiet)?);
     let mut renderer = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
     let origin = Origin {
         method: options.method,
@@ -157,6 +157,10 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         }
     }
     summary::warned(report.warnings.len(), &args.scene.scene);
+    summary::warn_of_depth(&report);
+    if !quiet || args.error.is_some() {
+        report.caveats.iter().for_each(|caveat| log::warn!("{caveat}"));
+    }
     lost.iter().for_each(|lost| log::warn!("{lost}"));
     if let Some(Err(error)) = args.debug.map(|debug| debug.write(&mut renderer, &files[0], &mut saves)) {
         saves.fail(error);

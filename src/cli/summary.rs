@@ -66,6 +66,18 @@ pub fn warned(warnings: usize, scene: &Path) {
     }
 }
 
+/// Warns where light goes on and on.
+pub fn warn_of_depth(report: &Report) {
+    if let Some(surfaces) = report.deep_paths() {
+        log::warn!(
+            "paths meet {surfaces:.0} surfaces on average before they end: light of such depths carries the picture, since \
+             next to nothing in this scene absorbs light. Where surfaces absorb nothing at all (albedo 1) the noise may have no \
+             bound, so do not trust its estimate, and a closed room has no finite picture. Give surfaces an albedo of at most \
+             0.999, or end paths with --max-depth"
+        );
+    }
+}
+
 /// Tells how far a picture is from its reference.
 pub fn judged(point: &Checkpoint) {
     let Checkpoint { mape, relmse, mean_ratio, .. } = point;

@@ -1,6 +1,8 @@
 //! Choosing a device and opening it.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
+use std::time::Duration;
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
@@ -43,6 +45,14 @@ pub struct Context {
     pub info: wgpu::AdapterInfo,
     /// True when kernels can be timed.
     pub timestamps: bool,
+    interrupt: Option<Interrupt>,
+}
+
+/// What ends work that is under way.
+#[derive(Clone)]
+struct Interrupt {
+    is_wanted: Arc<dyn Fn() -> bool + Send + Sync>,
+    grace: Duration,
 }
 
 fn instance() -> wgpu::Instance {
@@ -120,7 +130,27 @@ impl Context {
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| DeviceError::Open { name: info.name.clone(), message: error.to_string() })?;
         let timestamps = features.contains(Features::TIMESTAMP_QUERY);
-        Ok(Self { instance, adapter: adapter.clone(), device, queue, info, timestamps })
+        Ok(Self { instance, adapter: adapter.clone(), device, queue, info, timestamps, interrupt: None })
+    }
+
+    /// The same device for work that can be ended: a round that goes on for longer than `grace` after `is_wanted`, or after
+    /// the end of its time, is left unfinished. It is asked between submissions.
+    pub fn interrupted_by(
+        &self,
+        is_wanted: impl Fn() -> bool + Send + Sync + 'static,
+        grace: Duration,
+    ) -> Self {
+        Self { interrupt: Some(Interrupt { is_wanted: Arc::new(is_wanted), grace }), ..self.clone() }
+    }
+
+    /// Time that a round has to finish once it is to end, where it can be left unfinished.
+    pub fn grace(&self) -> Option<Duration> {
+        self.interrupt.as_ref().map(|interrupt| interrupt.grace)
+    }
+
+    /// What is under way is to end soon.
+    pub fn interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(|interrupt| (interrupt.is_wanted)())
     }
 
     /// True for a software device.

@@ -71,6 +71,7 @@ device_struct! {
         pub only_t: u32,
         pub weighted: u32,
         pub subspaces: u32,
+        pub splat_scale: f32,
     }
 }
 
@@ -361,9 +362,9 @@ device_struct! {
     /// A light without a surface, in unit space.
     pub struct PunctualLight {
         pub position: [f32; 3],
-        pub angle_scale: f32,
+        pub cone: f32,
         pub intensity: [f32; 3],
-        pub angle_offset: f32,
+        pub falloff_scale: f32,
         pub direction: [f32; 3],
         pub pad: u32,
     }

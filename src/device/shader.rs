@@ -83,6 +83,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/selection",
     "lib/shading",
     "lib/splat",
+    "lib/spot",
     "lib/strategies",
     "lib/subpath",
     "lib/subspaces",

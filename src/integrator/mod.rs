@@ -113,6 +113,11 @@ pub trait Integrator: Send {
         Vec::new()
     }
 
+    /// What users have to know before they trust the picture, a line each.
+    fn caveats(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Runs every kernel once on next to nothing; the film is dirty afterwards.
     ///
     /// # Errors

@@ -27,6 +27,13 @@ pub enum RenderError {
         "interrupted while it learnt, so there is nothing to save yet; start it again, or ask for fewer --train-paths"
     )]
     Interrupted,
+    #[error("interrupted before the first sample was finished, so there is nothing to save")]
+    InterruptedAtOnce,
+    #[error(
+        "not one sample per pixel was finished in the time that was given, so there is no picture; give it a longer \
+         --time, a smaller --size, or let paths end sooner with --max-depth"
+    )]
+    NoSampleInTime,
     #[error("cannot start a thread for {purpose} ({cause}); end other programs and start it again")]
     Thread { purpose: &'static str, cause: std::io::Error },
     #[error("{what} broke down, stderr says where; this is a defect of Halfway, please report it")]
@@ -47,8 +54,8 @@ impl RenderError {
     pub fn fault(&self) -> Fault {
         match self {
             Self::NoCamera { .. } | Self::BadRegion { .. } | Self::TooManyPixels { .. } => Fault::Input,
-            Self::Interrupted => Fault::Interrupted,
-            Self::Thread { .. } => Fault::Machine,
+            Self::Interrupted | Self::InterruptedAtOnce => Fault::Interrupted,
+            Self::Thread { .. } | Self::NoSampleInTime => Fault::Machine,
             Self::Panicked { .. } => Fault::Defect,
             Self::Film(error) => error.fault(),
             Self::Accel(error) => error.fault(),
@@ -62,6 +69,7 @@ impl RenderError {
 impl From<TrainingError> for RenderError {
     fn from(error: TrainingError) -> Self {
         match error {
+            TrainingError::Device(DeviceError::Abandoned) => Self::Interrupted,
             TrainingError::Device(error) => Self::Device(error),
             TrainingError::Subspace(error) => Self::Subspace(error),
             TrainingError::Interrupted => Self::Interrupted,

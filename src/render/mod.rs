@@ -1,6 +1,7 @@
 //! From a scene and options to a picture: what comes before the first sample, the loop over rounds of samples, reports.
 
 mod budget;
+mod caveats;
 mod error;
 mod layers;
 mod meanwhile;

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
-use crate::device::Context;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
+use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, RayCounts, Settings, integrator};
@@ -84,7 +85,10 @@ impl Prepared {
             .get(options.camera)
             .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
-        Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)
+        let caveats = caveats(scene, camera, &options.method.plan());
+        let mut prepared = Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)?;
+        prepared.report.caveats = caveats;
+        Ok(prepared)
     }
 
     /// A render of a scene that is on the device, from `camera`, whatever the options say of cameras.
@@ -128,6 +132,7 @@ impl Prepared {
             features: device_scene.features,
             compiled: Vec::new(),
             warnings: uploaded.warnings.clone(),
+            caveats: Vec::new(),
             memory: Vec::new(),
             kernels: Default::default(),
         };
@@ -248,11 +253,17 @@ impl Prepared {
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
-        let mut integrator = integrator(&context, scene, &camera, settings, model.as_deref())?;
+        let abandoned = |error| match error {
+            DeviceError::Abandoned => RenderError::InterruptedAtOnce,
+            error => error.into(),
+        };
+        let mut integrator =
+            integrator(&context, scene, &camera, settings, model.as_deref()).map_err(abandoned)?;
         // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         let warm_up = Instant::now();
-        integrator.warm_up(&context)?;
+        integrator.warm_up(&context).map_err(abandoned)?;
         report.choices.extend(integrator.choices());
+        report.caveats.extend(integrator.caveats());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
         report.compile_seconds = (wavefront.compile_time() + warm_up.elapsed()).as_secs_f64();
@@ -267,6 +278,8 @@ impl Prepared {
             first_hits: None,
             samples: 0,
             elapsed: Duration::ZERO,
+            last_sample: Duration::ZERO,
+            was_cut: false,
             learning_time,
             radiance_scale,
             unit,

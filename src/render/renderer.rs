@@ -7,8 +7,8 @@ use super::budget::{Budget, Estimate, Progress, Stop};
 use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers, pixel_sums};
 use super::{RenderError, RenderOptions, Report};
 use crate::accel::UnitSpace;
-use crate::device::layout::{FirstHitPixel, SAMPLES_A_GROUP};
-use crate::device::{self, Context};
+use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
+use crate::device::{self, Context, DeviceError};
 use crate::film::sums::{FilmSums, SAMPLES_A_FLUSH};
 use crate::film::{Picture, Region};
 use crate::integrator::{Choice, FirstSubspaces, Integrator, Strategy, SubmissionLimit};
@@ -47,6 +47,10 @@ pub struct Renderer {
     pub(super) first_hits: Option<Vec<FirstHitPixel>>,
     pub(super) samples: u32,
     pub(super) elapsed: Duration,
+    /// Time of the last sample, where a picture has more pixels than the queues hold.
+    pub(super) last_sample: Duration,
+    /// The last round was left unfinished.
+    pub(super) was_cut: bool,
     pub(super) learning_time: LearningTime,
     pub(super) radiance_scale: f64,
     pub(super) unit: UnitSpace,
@@ -141,12 +145,12 @@ impl Renderer {
         let samples = most.min(unit - self.samples % unit);
         let rest = (self.samples + samples) % at_once;
         let samples = if rest < samples { samples - rest } else { samples };
-        self.integrator.render(&self.context, self.samples, samples)?;
+        let samples = self.trace(samples)?;
         self.context.wait()?;
         self.integrator.wavefront_mut().collect_times(&self.context)?;
         self.samples += samples;
         self.poll_training()?;
-        if self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
+        if samples > 0 && self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
             let taken = self.integrator.wavefront().take_film(&self.context)?;
             self.sums.add(taken.iter().map(pixel_sums));
         }
@@ -154,25 +158,112 @@ impl Renderer {
         Ok(samples)
     }
 
+    /// Traces samples into the film on the device. Returns how many: fewer, and `was_cut` is set, where the deadline or an
+    /// interrupt ended a round; what was unfinished is dropped.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    fn trace(&mut self, samples: u32) -> Result<u32, RenderError> {
+        let pixels = self.options.view.region().pixels();
+        let wavefront = self.integrator.wavefront();
+        if wavefront.shares_device() {
+            self.integrator.render(&self.context, self.samples, samples)?;
+            return Ok(samples);
+        }
+        if pixels <= wavefront.slice {
+            // Each batch has all pixels, so whatever has reached the film is whole.
+            self.integrator.wavefront_mut().accumulated = 0;
+            let rendered = self.integrator.render(&self.context, self.samples, samples);
+            return self.finish_or_drop(rendered, samples, None);
+        }
+        let grace = self.context.grace();
+        let is_long = |time: Duration| grace.is_some_and(|grace| 3 * time > grace);
+        for done in 0..samples {
+            let start = Instant::now();
+            let film = match (self.samples + done).is_multiple_of(SAMPLES_A_FLUSH) {
+                true => Some(Vec::new()),
+                false if is_long(self.last_sample) => Some(self.integrator.wavefront().film(&self.context)?),
+                // Samples take about as long as the one before them: this one will not be cut.
+                false => None,
+            };
+            self.integrator.wavefront_mut().hold(film.is_none());
+            let rendered = self.integrator.render(&self.context, self.samples + done, 1);
+            self.integrator.wavefront_mut().hold(false);
+            let finished = self.finish_or_drop(rendered, 1, film.as_deref())?;
+            if finished == 0 {
+                return Ok(done);
+            }
+            self.context.wait()?;
+            self.last_sample = start.elapsed();
+        }
+        Ok(samples)
+    }
+
+    /// Of samples that were to be `rendered` those that are whole are kept, where they were cut; where parts of them may have
+    /// reached the film, none: it becomes what it was, `film`.
+    fn finish_or_drop(
+        &mut self,
+        rendered: Result<(), DeviceError>,
+        samples: u32,
+        film: Option<&[FilmPixel]>,
+    ) -> Result<u32, RenderError> {
+        match rendered {
+            Err(DeviceError::Abandoned) => {
+                self.was_cut = true;
+                let pixels = u64::from(self.options.view.region().pixels());
+                let wavefront = self.integrator.wavefront_mut();
+                wavefront.drop_unfinished(&self.context, film)?;
+                Ok(if film.is_some() { 0 } else { (wavefront.accumulated / pixels) as u32 })
+            }
+            rendered => rendered.map(|()| samples).map_err(RenderError::Device),
+        }
+    }
+
     /// Renders to another budget from now on.
     pub fn set_budget(&mut self, budget: Budget) {
         self.options.budget = budget;
     }
 
-    /// Renders until a limit of the budget is met or `interrupted` says so; it is asked after every round.
+    /// Renders until a limit of the budget is met or `interrupted` says so; it is asked after every round. With a context
+    /// that [can be interrupted](Context::interrupted_by), a round that would go on for longer than its grace after that, or after
+    /// the end of the time, is left unfinished, and its unfinished samples are dropped. With others the last round is finished,
+    /// and there is one sample at least.
     ///
     /// # Errors
-    /// A lost device.
-    pub fn run(&mut self, mut interrupted: impl FnMut(&Progress) -> bool) -> Result<Stop, RenderError> {
+    /// A lost device; no sample that was finished before the time was over, or before it was interrupted.
+    pub fn run(&mut self, interrupted: impl FnMut(&Progress) -> bool) -> Result<Stop, RenderError> {
+        let time = self.options.budget.time.map(|limit| limit.for_rendering(self.learning_time.total));
+        let left = time.map(|time| time.saturating_sub(self.elapsed));
+        self.integrator.wavefront_mut().set_deadline(left.map(|left| Instant::now() + left));
+        let stop = self.run_rounds(time, interrupted);
+        self.integrator.wavefront_mut().set_deadline(None);
+        let stop = stop?;
+        if self.samples == 0 && self.was_cut {
+            return Err(match stop {
+                Stop::Interrupted => RenderError::InterruptedAtOnce,
+                _ => RenderError::NoSampleInTime,
+            });
+        }
+        self.report.stop = stop;
+        Ok(stop)
+    }
+
+    /// As [`run`](Self::run), until a limit is met. `time`: for rendering.
+    fn run_rounds(
+        &mut self,
+        time: Option<Duration>,
+        mut interrupted: impl FnMut(&Progress) -> bool,
+    ) -> Result<Stop, RenderError> {
         let start = Instant::now();
         let before = self.elapsed;
         let budget = self.options.budget;
+        self.was_cut = false;
         let at_once = self.integrator.samples_at_once();
         let mut round = at_once;
         let mut estimate = Estimate::default();
-        let stop = loop {
+        loop {
             if budget.samples.is_some_and(|samples| self.samples >= samples) {
-                break Stop::Samples;
+                return Ok(Stop::Samples);
             }
             let to_end = budget.samples.map_or(u32::MAX, |samples| samples - self.samples);
             let round_start = Instant::now();
@@ -183,27 +274,29 @@ impl Renderer {
             let error = estimate.error;
             self.elapsed = before + start.elapsed();
             let progress = Progress { samples: self.samples, elapsed: self.elapsed, estimated_error: error };
-            if interrupted(&progress) {
-                break Stop::Interrupted;
+            if interrupted(&progress) || (self.was_cut && self.context.interrupted()) {
+                return Ok(Stop::Interrupted);
+            }
+            if self.was_cut {
+                return Ok(Stop::Time);
             }
             let reached = |wanted: f64| error.is_some_and(|error| error <= wanted);
             if self.samples >= MIN_SAMPLES_FOR_ERROR && budget.error.is_some_and(reached) {
-                break Stop::Error;
+                return Ok(Stop::Error);
             }
             let a_sample = round_start.elapsed().as_secs_f64() / f64::from(samples);
             let next = (ROUND.as_secs_f64() / a_sample) as u32;
             round = next.clamp(at_once, round.max(at_once) * 4);
-            if let Some(limit) = budget.time {
-                let time = limit.for_rendering(self.learning_time.total);
+            if let Some(time) = time {
                 let left = time.as_secs_f64() - self.elapsed.as_secs_f64();
-                if left <= 0.5 * a_sample {
-                    break Stop::Time;
+                // Half a sample too many or too few; but none that would be cut.
+                let is_cut = |grace: Duration| left + grace.as_secs_f64() < a_sample;
+                if left <= 0.5 * a_sample || self.context.grace().is_some_and(is_cut) {
+                    return Ok(Stop::Time);
                 }
                 round = round.min(((left / a_sample) as u32).max(1));
             }
-        };
-        self.report.stop = stop;
-        Ok(stop)
+        }
     }
 
     /// Host sums and what the device has not handed over yet.

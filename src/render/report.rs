@@ -30,6 +30,8 @@ pub struct Report {
     pub features: SceneFeatures,
     /// What is not shown as the scene's file has it, a line each.
     pub warnings: Vec<String>,
+    /// What the method does not show of this scene, or does not know of its own error; a line each.
+    pub caveats: Vec<String>,
     /// Of the model that was learnt or given.
     pub training: Option<TrainingReport>,
     /// The loss after each round over that before it, as far as it is known.
@@ -57,8 +59,17 @@ pub struct Origin {
     pub command_line: String,
 }
 
+/// Surfaces of a path on average from which on a user wants to know: roulette alone ends paths after twice as many.
+const DEEP: f64 = 120.0;
+
 impl Report {
-    /// For [`Picture::metadata`]. `warnings` is there only where there are any.
+    /// Surfaces that a path meets on average, where they are so many that little else than chance ends paths.
+    pub fn deep_paths(&self) -> Option<f64> {
+        let mean = self.rays.closest_hit as f64 / self.rays.paths.max(1) as f64;
+        (mean > DEEP).then_some(mean)
+    }
+
+    /// For [`Picture::metadata`]. `warnings` and `caveats` are there only where there are any.
     pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
@@ -75,8 +86,10 @@ impl Report {
             number("nonFiniteSamples", self.non_finite as f64),
             text("commandLine", origin.command_line.clone()),
         ];
-        if !self.warnings.is_empty() {
-            metadata.push(text("warnings", self.warnings.join("\n")));
+        for (name, lines) in [("warnings", &self.warnings), ("caveats", &self.caveats)] {
+            if !lines.is_empty() {
+                metadata.push(text(name, lines.join("\n")));
+            }
         }
         metadata
     }

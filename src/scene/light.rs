@@ -19,8 +19,8 @@ pub struct PunctualLight {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     Point,
-    /// Half angles in radians, `inner <= outer`; falls off between them as glTF recommends
-    /// (square of a linear ramp in the cosine).
+    /// Half angles in radians, `inner <= outer`; falls off between them as glTF recommends (square of a linear ramp in
+    /// the cosine), however close they are: the sample code of `KHR_lights_punctual` makes no ramp shorter than 0.001.
     Spot {
         inner: f32,
         outer: f32,

@@ -73,6 +73,18 @@ fn c04_furnace_sphere() {
     assert_furnaces("sphere", |rho| closed::furnace_sphere(rho, 1.0, 3));
 }
 
+/// Where next to nothing is absorbed, noise has a bound as well: n paths have it as 1 / sqrt(n) of the mean, since what they
+/// carry does not grow. Roulette below the albedo would have three times that from this many, and no bound at all.
+#[test]
+fn c04_furnace_that_absorbs_next_to_nothing() {
+    let shot = render(&closed::furnace_box(0.999, 1.0), options([8, 8], 16));
+    shot.channel(0).assert_mean("albedo .999", 1000.0, 3.6e-2);
+    let surfaces = shot.report.deep_paths().expect("paths of about 1000 surfaces");
+    assert!((900.0..1100.0).contains(&surfaces), "{surfaces}");
+    // Ten surfaces are nothing to warn of.
+    assert_eq!(render(&closed::furnace_box(0.9, 1.0), options([12, 12], 8)).report.deep_paths(), None);
+}
+
 #[test]
 fn c07_form_factors() {
     let floor = |albedo| (grey(albedo), horizontal(0.02, 0.0, true));

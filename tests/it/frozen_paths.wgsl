@@ -153,7 +153,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if kind == LIGHT_POINT || kind == LIGHT_SPOT {
         let punctual = punctual_lights[lights[light].index];
         position = punctual.position;
-        pdf_solid = uniform_cone_pdf_solid(emission_cone(punctual, kind == LIGHT_SPOT));
+        pdf_solid = uniform_cone_pdf_solid(punctual.cone);
         carried = emission_falloff(punctual, -towards_light, kind == LIGHT_SPOT) / pdf_solid;
     }
 #endif

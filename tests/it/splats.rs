@@ -1,9 +1,16 @@
 //! Sums of splats in fixed point: nothing is lost, nothing depends on the order (N-19).
 
+use glam::DVec3;
 use halfway::device::Feature;
+use halfway::integrator::{Bdpt, LightTracing, Method, View};
+use halfway::render::RenderOptions;
+use halfway::scene::builtin::shapes;
+use halfway::scene::{Material, Mesh, Scene};
 
 use crate::gpu;
+use crate::judge::{grey, horizontal, lamp, scene};
 use crate::random::Stream;
+use crate::shots::{options, render};
 
 /// Units of `lib/splat` in one.
 const UNITS: f64 = (1u64 << 44) as f64;
@@ -133,4 +140,53 @@ fn n19_splats_are_taken_once() {
     }
     assert_eq!(taken[3], 3.0);
     assert_eq!(taken[4..], [0.0; 4]);
+}
+
+/// A lamp of 10^-18 units of area and 2 10^17 of radiance: what it lights is 10^-18 times as bright, far below a unit of the
+/// strongest light.
+pub fn dim_lamp() -> Scene {
+    let mut scene =
+        scene([(grey(0.5), horizontal(2.0, 0.0, true)), (lamp(2e17), horizontal(1e-9, 0.5, false))]);
+    scene.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 0.4, 0.1), DVec3::ZERO, 90.0));
+    scene
+}
+
+#[test]
+fn n19_light_is_summed_in_units_of_the_picture() {
+    let scene = dim_lamp();
+    let picture = |method: Method, samples| {
+        let size = options([16, 16], samples);
+        render(&scene, RenderOptions { view: View { max_depth: Some(2), ..size.view }, method, ..size })
+    };
+    let expected = picture(Method::Path, 64).channel(1);
+    let light = picture(Method::Light(LightTracing { light_paths: None }), 64);
+    let found = light.channel(1);
+    println!("light {found:?}, path {expected:?}");
+    assert!(found.error < 0.02 * found.mean && found.z(expected).abs() < 5.0, "{found:?}, not {expected:?}");
+    assert!(light.report.caveats.is_empty(), "{:?}", light.report.caveats);
+}
+
+/// A picture that stays black by `light` says so.
+#[test]
+fn light_that_cannot_reach_the_camera_is_named() {
+    let mirror = Material { metallic: 1.0, roughness: 0.0, name: "glaze".into(), ..Material::default() };
+    let mut scene =
+        scene([(mirror.clone(), horizontal(2.0, 0.0, true)), (lamp(1.0), horizontal(1.0, 1.0, false))]);
+    scene.cameras.push(shapes::looking_at("down", DVec3::new(0.0, 0.5, 0.1), DVec3::ZERO, 40.0));
+    let caveats = |scene: &Scene, method| {
+        render(scene, RenderOptions { method, ..options([16, 16], 1) }).report.caveats
+    };
+    let light = caveats(&scene, Method::Light(LightTracing { light_paths: None }));
+    assert!(light.len() == 2 && light[0].contains("\"glaze\"") && light[1].contains("none"), "{light:?}");
+    // What path finds by way of the mirror on the floor below it is found by accident; nothing is lit here but the lamp.
+    scene.meshes.push(Mesh { material: 2, ..horizontal(4.0, -1.0, true) });
+    scene.materials.push(grey(0.5));
+    let bdpt = |light_tracing| Method::Bdpt(Bdpt { light_tracing });
+    for (method, remedy) in [(Method::Path, "-i bdpt"), (bdpt(false), "add --light-tracing")] {
+        let lines = caveats(&scene, method);
+        assert!(lines.len() == 1 && lines[0].contains(remedy) && lines[0].contains("\"glaze\""), "{lines:?}");
+    }
+    assert_eq!(caveats(&scene, bdpt(true)), [""; 0]);
+    scene.materials[0] = Material { roughness: 0.5, ..mirror };
+    assert_eq!(caveats(&scene, Method::Path), [""; 0]);
 }

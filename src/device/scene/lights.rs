@@ -1,5 +1,7 @@
 //! Everything that can be sampled as a light, in one alias table by power.
 
+use std::f64::consts::PI;
+
 use glam::{Vec2, Vec3};
 
 use super::units::{punctual_intensity, scaled};
@@ -13,10 +15,14 @@ use crate::math::alias::{AliasTable, defensive_mix};
 use crate::math::color::luminance;
 use crate::math::scale::scale_by_power_of_two;
 use crate::scene::environment::EqualAreaMap;
-use crate::scene::{Environment, LightKind, Scene, SceneFeatures, TextureRef};
+use crate::scene::{self, Environment, LightKind, Scene, SceneFeatures, TextureRef};
 
 /// Share of the picks that go evenly to all lights: the power of a light is a poor guide to what reaches a point.
 const DEFENSIVE_SHARE: f64 = 0.1;
+
+/// Half angle in radians below which the rounding of directions (2^-24, and what a frame adds) is more than a few
+/// percent of a cone's.
+const NARROWEST_CONE: f32 = 2e-6;
 
 /// What a light is, in unit space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +89,7 @@ impl DeviceEnvironment {
             texels: texels.map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32]).collect(),
             alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
             // Radiance over all directions, falling on the disc around the unit scene.
-            power: mean * 4.0 * std::f64::consts::PI.powi(2),
+            power: mean * 4.0 * PI.powi(2),
         }))
     }
 }
@@ -137,23 +143,23 @@ pub(super) fn collect(
             let intensity = punctual_intensity(light, &accel.unit);
             let intensity: Vec3 =
                 intensity.to_array().map(|c| scale_by_power_of_two(c, -radiance_exponent) as f32).into();
-            let (kind, scale, offset, solid_angle) = match light.kind {
-                LightKind::Point => (LIGHT_POINT, 0.0, 1.0, 4.0 * std::f64::consts::PI),
+            let (kind, cone, falloff_scale, solid_angle) = match light.kind {
+                LightKind::Point => (LIGHT_POINT, 2.0, 0.0, 4.0 * PI),
                 LightKind::Spot { inner, outer } => {
-                    let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
-                    let cap = 2.0 * std::f64::consts::PI * (1.0 - f64::from(outer).cos());
-                    (LIGHT_SPOT, scale, -outer.cos() * scale, cap)
+                    warn_of_narrow_cone(light, outer);
+                    let (cone, scale) = spot_cone(f64::from(inner), f64::from(outer));
+                    (LIGHT_SPOT, cone, scale, 2.0 * PI * cone)
                 }
                 // What falls on the disc around the unit scene.
-                LightKind::Directional => (LIGHT_DIRECTIONAL, 0.0, 1.0, std::f64::consts::PI),
+                LightKind::Directional => (LIGHT_DIRECTIONAL, 2.0, 0.0, PI),
             };
             let power = f64::from(luminance(intensity)) * solid_angle;
             if add(&mut lights.entries, kind, lights.punctual.len(), power) {
                 lights.punctual.push(PunctualLight {
                     position: accel.unit.point(light.position).to_array(),
-                    angle_scale: scale,
+                    cone: cone as f32,
                     intensity: intensity.to_array(),
-                    angle_offset: offset,
+                    falloff_scale: falloff_scale as f32,
                     direction: light.direction.to_array(),
                     pad: 0,
                 });
@@ -179,6 +185,26 @@ pub(super) fn collect(
         }
     }
     Ok(lights)
+}
+
+/// The cone and the scale of the falloff (`shaders/bind/lights.wgsl`) of a spot with these half angles.
+fn spot_cone(inner: f64, outer: f64) -> (f64, f64) {
+    let cone = 2.0 * (0.5 * outer).sin().powi(2);
+    // cos(inner) - cos(outer), without the difference of two numbers near one.
+    let ramp = 2.0 * (0.5 * (outer + inner)).sin() * (0.5 * (outer - inner)).sin();
+    // A hard edge: the ramp is no longer than the last digit of what the kernels subtract.
+    (cone, 1.0 / ramp.max(cone * f64::from(f32::EPSILON)))
+}
+
+/// Directions have the digits of f32, and so has the edge of a cone.
+fn warn_of_narrow_cone(light: &scene::PunctualLight, outer: f32) {
+    if outer < NARROWEST_CONE {
+        log::warn!(
+            "light \"{}\" shines into a cone of {outer:e} rad, narrower than directions can tell \
+             ({NARROWEST_CONE:.0e} rad): what it lights may be too bright or too dark; use a wider cone",
+            light.name
+        );
+    }
 }
 
 /// The environment's map, halved until one buffer of the device holds it.
@@ -245,12 +271,7 @@ impl Lights {
             LIGHT_ENVIRONMENT => SourceKind::Environment,
             _ => {
                 let punctual = &self.punctual[light.index as usize];
-                let light_kind = light.kind;
-                let cone = match light_kind {
-                    LIGHT_POINT => 2.0,
-                    LIGHT_SPOT => 1.0 + punctual.angle_offset / punctual.angle_scale,
-                    _ => 0.0,
-                };
+                let cone = if light.kind == LIGHT_DIRECTIONAL { 0.0 } else { punctual.cone };
                 let (position, direction) = (punctual.position.into(), punctual.direction.into());
                 SourceKind::Punctual { position, direction, cone }
             }

@@ -1,6 +1,6 @@
 //! One iteration: light paths into the cache and to the camera, then eye paths against the cache.
 
-use super::Bidirectional;
+use super::{Bidirectional, RESERVE};
 use crate::device::layout::{Batch, Counts};
 use crate::device::{Context, DeviceError};
 use crate::integrator::Selector;
@@ -28,6 +28,32 @@ impl Bidirectional {
         self.trace_light(context, &self.shared_batches(&template), Light::Cache)
     }
 
+    /// Traces `paths` light paths for the number of their vertices; the cache may have no room for them.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub(super) fn count_light_vertices(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        paths: u32,
+    ) -> Result<Counts, DeviceError> {
+        let template = Batch { light_path_count: paths, ..*batch };
+        self.clear_light_vertices(context)?;
+        for batch in self.shared_batches(&template) {
+            self.trace_light_batch(context, &batch, Light::Cache)?;
+        }
+        self.wavefront.counts(context)
+    }
+
+    fn clear_light_vertices(&self, context: &Context) -> Result<(), DeviceError> {
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let offset = std::mem::offset_of!(Counts, light_vertices) as u64;
+        encoder.clear_buffer(self.wavefront.buffers.get("counts")?, offset, Some(8));
+        context.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
     /// The light paths of an iteration, as many at a time as the queues hold.
     fn shared_batches(&self, template: &Batch) -> Vec<Batch> {
         let paths = template.light_path_count;
@@ -53,10 +79,7 @@ impl Bidirectional {
         let before = self.wavefront.counts(context)?;
         let mut purpose = purpose;
         let counts = loop {
-            let mut encoder = context.device.create_command_encoder(&Default::default());
-            let offset = std::mem::offset_of!(Counts, light_vertices) as u64;
-            encoder.clear_buffer(self.wavefront.buffers.get("counts")?, offset, Some(8));
-            context.queue.submit([encoder.finish()]);
+            self.clear_light_vertices(context)?;
             for batch in batches {
                 self.trace_light_batch(context, batch, purpose)?;
             }
@@ -66,7 +89,9 @@ impl Bidirectional {
             }
             self.wavefront.light_counts.cache_overflows += 1;
             // Once more with room for all; what went to the camera has arrived there.
-            self.make_cache(context, u64::from(counts.light_vertices) * 5 / 4)?;
+            let needed = u64::from(counts.light_vertices);
+            let with_reserve = (needed as f64 * RESERVE) as u64;
+            self.make_cache(context, with_reserve.min(self.most_vertices(context)).max(needed))?;
             purpose = Light::Cache;
         };
         let totals = &mut self.wavefront.light_counts;
@@ -77,7 +102,7 @@ impl Bidirectional {
         Ok(counts)
     }
 
-    fn trace_light_batch(
+    pub(super) fn trace_light_batch(
         &mut self,
         context: &Context,
         batch: &Batch,
@@ -141,7 +166,7 @@ impl Bidirectional {
     }
 
     /// A batch as the method's kernels want it.
-    fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
+    pub(super) fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
         let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
         Batch {
             light_path_count: light_paths,

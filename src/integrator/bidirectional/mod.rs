@@ -8,6 +8,7 @@
 mod iterate;
 mod kernels;
 pub mod settings;
+mod splats;
 mod subspaces;
 
 use crate::device::layout::Camera;
@@ -23,6 +24,8 @@ use subspaces::Subspaces;
 
 /// Room in the cache for each light path at first; it grows where that is too little.
 const FIRST_VERTICES_A_PATH: u64 = 6;
+/// Room that the cache has for each vertex that is there on average, or was last time.
+const RESERVE: f64 = 1.25;
 /// Light paths whose mean number of vertices is the cache's L in all weights.
 const PILOT_PATHS: u32 = 4096;
 /// The iteration whose light paths the pilot traces: one that no render comes to.
@@ -38,6 +41,12 @@ pub(crate) struct Bidirectional {
     iteration: u32,
     /// Of connections by depth, then of light that is hit: [`Plan::density_scales`].
     density_scales: [f32; 4],
+    /// In the cache, on average; 0 where it is not known.
+    vertices_per_path: f64,
+    /// Fewer light paths than usual, for lack of room.
+    is_capped: bool,
+    /// Light paths of the pilot reached the camera, where they are connected to it.
+    sees_light: bool,
     kernels: Kernels,
     /// Connections are chosen by subspaces.
     subspaces: Option<Subspaces>,
@@ -106,23 +115,33 @@ impl Bidirectional {
             iteration: 1,
             // Unless the pilot knows better.
             density_scales: plan.density_scales(1.0),
+            vertices_per_path: 0.0,
+            is_capped: false,
+            sees_light: true,
             kernels,
             subspaces,
             capacity: 0,
             cached_paths: 0,
             stages: Stages::default(),
         };
-        integrator.divide();
+        integrator.divide(context);
         integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
-        if lights && plan.needs_mean_length() {
-            let vertices_per_path = integrator.vertices_per_path(context)?;
-            integrator.density_scales = plan.density_scales(vertices_per_path as f32);
+        if lights && plan.shares_cache() && purpose == Purpose::Picture {
+            integrator.vertices_per_path = integrator.count_vertices(context)?;
+            if plan.needs_mean_length() {
+                integrator.density_scales = plan.density_scales(integrator.vertices_per_path as f32);
+            }
+            integrator.divide(context);
+            integrator.make_room(context)?;
+        }
+        if lights && plan.to_camera && purpose == Purpose::Picture {
+            integrator.choose_splat_scale(context)?;
         }
         Ok(integrator)
     }
 
     /// How many light paths there are, and how many samples share them.
-    fn divide(&mut self) {
+    fn divide(&mut self, context: &Context) {
         let settings = &self.wavefront.settings;
         let pixels = settings.view.width * settings.view.height;
         self.light_paths = self.plan.light_paths.count(pixels, settings.view.region().pixels());
@@ -130,6 +149,34 @@ impl Bidirectional {
             true => self.wavefront.samples_at_once(self.light_paths),
             false => 1,
         };
+        // Between surfaces that absorb next to nothing light paths are so long that one buffer holds few of them.
+        let most = self.most_vertices(context) as f64 / RESERVE;
+        let vertices = |paths: u32| f64::from(paths) * self.vertices_per_path;
+        while self.iteration > 1 && vertices(self.light_paths.saturating_mul(self.iteration)) > most {
+            self.iteration /= 2;
+        }
+        let is_default = matches!(self.plan.light_paths, LightPaths::Shared { wanted: None, .. });
+        self.is_capped = is_default && vertices(self.light_paths) > most;
+        if self.is_capped {
+            self.light_paths = ((most / self.vertices_per_path) as u32).max(1);
+        }
+    }
+
+    /// Vertices that one buffer of the device holds.
+    pub(super) fn most_vertices(&self, context: &Context) -> u64 {
+        let limits = context.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        most / self.wavefront.light_vertex_bytes()
+    }
+
+    /// Makes room for the vertices that an iteration has on average, and some more, so that none is traced twice.
+    fn make_room(&mut self, context: &Context) -> Result<(), DeviceError> {
+        let paths = u64::from(self.light_paths) * u64::from(self.iteration);
+        let vertices = (paths as f64 * self.vertices_per_path * RESERVE) as u64;
+        if vertices > self.capacity.into() {
+            self.make_cache(context, vertices.min(self.most_vertices(context)))?;
+        }
+        Ok(())
     }
 
     /// Makes a cache of `vertices`, and binds all that use it.
@@ -167,9 +214,9 @@ impl Bidirectional {
 
     /// Mean number of vertices that a light path leaves in the cache, from paths that no picture is made of: a
     /// number that depends on the samples it weighs would bias them.
-    fn vertices_per_path(&mut self, context: &Context) -> Result<f64, DeviceError> {
+    fn count_vertices(&mut self, context: &Context) -> Result<f64, DeviceError> {
         let batch = self.wavefront.batches(PILOT_SAMPLE, 1)[0];
-        let counts = self.fill_cache(context, &batch, PILOT_PATHS)?;
+        let counts = self.count_light_vertices(context, &batch, PILOT_PATHS)?;
         Ok(f64::from(counts.light_vertices) / f64::from(PILOT_PATHS))
     }
 }
@@ -193,7 +240,7 @@ impl Integrator for Bidirectional {
 
     fn aim(&mut self, context: &Context, camera: &Camera, region: Region) -> Result<(), DeviceError> {
         self.wavefront.aim(context, camera, region)?;
-        self.divide();
+        self.divide(context);
         if self.cached_paths() > self.cached_paths {
             let vertices = u64::from(self.cached_paths()) * FIRST_VERTICES_A_PATH;
             self.make_cache(context, vertices.max(self.capacity.into()))?;
@@ -213,13 +260,27 @@ impl Integrator for Bidirectional {
         let mut choices = Vec::new();
         if self.plan.shares_cache() {
             if let LightPaths::Shared { wanted: None, per_pixel } = self.plan.light_paths {
-                let reason = format!("{per_pixel} for each pixel");
+                let reason = match self.is_capped {
+                    true => "as many as one buffer has room for: they meet very many surfaces".to_string(),
+                    false => format!("{per_pixel} for each pixel"),
+                };
                 choices.push(Choice::new("light paths per sample", self.light_paths, reason));
             }
             let reason = "all that the queues hold at once, up to a group";
             choices.push(Choice::new("samples that share light paths", self.iteration, reason));
         }
         choices
+    }
+
+    fn caveats(&self) -> Vec<String> {
+        // Others have eye paths.
+        if self.sees_light || self.plan.selector.is_some() {
+            return Vec::new();
+        }
+        vec![format!(
+            "of {PILOT_PATHS} light paths none reached the camera: the picture may stay black; look from elsewhere, or \
+             take another integrator"
+        )]
     }
 
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {

@@ -8,7 +8,7 @@ use crate::device::timing::Timing;
 use crate::device::{Bound, Context, DeviceError};
 use crate::math::rng::seed_key;
 
-/// Surfaces between two looks at how many paths are left.
+/// Surfaces between two looks at how many paths are left, at most.
 const BOUNCES_PER_SUBMISSION: u32 = 8;
 /// Depth is stored in 16 bits.
 const LARGEST_DEPTH: u32 = 0xffff;
@@ -99,6 +99,7 @@ impl Wavefront {
             only_t: strategy.map_or(EVERY_STRATEGY, |strategy| strategy.t),
             weighted: u32::from(strategy.is_none_or(|strategy| strategy.weighted)),
             subspaces: self.subspaces,
+            splat_scale: self.splat_scale,
             ..Batch::default()
         };
         let mut batches = Vec::new();
@@ -123,6 +124,7 @@ impl Wavefront {
         batch: &Batch,
         first_rays: &Bound,
     ) -> Result<wgpu::CommandEncoder, DeviceError> {
+        self.pace.check(context)?;
         self.buffers.write(context, "batch", bytemuck::bytes_of(batch))?;
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let paths = batch.pixel_count * batch.sample_count;
@@ -160,11 +162,24 @@ impl Wavefront {
         max_bounces: u32,
     ) -> Result<(), DeviceError> {
         let mut depth = 0;
+        // Stages of the bounce at `depth` that are recorded: it may take several submissions.
+        let mut recorded = 0;
+        let mut is_first = true;
+        self.paths += u64::from(self.started);
         loop {
             let start = Instant::now();
-            for _ in 0..BOUNCES_PER_SUBMISSION.min(max_bounces - depth) {
-                self.record(&mut encoder, stages.at(depth))?;
-                depth += 1;
+            let end = (depth + BOUNCES_PER_SUBMISSION).min(max_bounces);
+            let mut left = self.pace.dispatches;
+            while left > 0 && depth < end {
+                let bounce = stages.at(depth);
+                let count = left.min(bounce.len() - recorded);
+                self.record(&mut encoder, &bounce[recorded..recorded + count])?;
+                left -= count;
+                recorded += count;
+                if recorded == bounce.len() {
+                    recorded = 0;
+                    depth += 1;
+                }
             }
             context.queue.submit([encoder.finish()]);
             encoder = context.device.create_command_encoder(&Default::default());
@@ -172,19 +187,24 @@ impl Wavefront {
                 timing.collect(context)?;
             }
             let counts = self.counts(context)?;
-            if depth <= BOUNCES_PER_SUBMISSION {
-                self.pace(start.elapsed())?;
+            self.pace.learn(self.pace.dispatches - left, start.elapsed());
+            if std::mem::take(&mut is_first) {
+                self.adapt_slice(start.elapsed());
             }
-            if depth >= max_bounces || counts.paths_in == 0 {
+            // A bounce that is half recorded may have connections left to test.
+            if recorded == 0 && (depth >= max_bounces || counts.paths_in == 0) {
                 return Ok(());
             }
+            self.pace.check(context)?;
         }
     }
 
     /// Adds a batch to the film.
     pub(crate) fn accumulate(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
         let stage = Stage::new(&self.accumulate, Size::Count(batch.pixel_count));
-        self.submit(context, &[stage])
+        self.submit(context, &[stage])?;
+        self.accumulated += u64::from(batch.pixel_count) * u64::from(batch.sample_count);
+        Ok(())
     }
 
     /// Submits stages on their own.

@@ -25,7 +25,7 @@ impl Wavefront {
                 record(&mut encoder, &mut None, first_hit, Extent::Count(batch.pixel_count));
             }
             context.queue.submit([encoder.finish()]);
-            if self.submission_limit.is_some() {
+            if self.shares_device() {
                 context.wait()?;
             }
         }

@@ -12,14 +12,14 @@ use std::time::Duration;
 
 use super::kernels::forms;
 use super::{Settings, Strategy};
-use crate::device::layout::Camera;
+use crate::device::layout::{Camera, Counts, FilmPixel};
 use crate::device::scene::DeviceScene;
 use crate::device::timing::Timing;
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Kernel};
 use crate::film::Region;
 use kernels::{Compiler, SharedKernels, bind_pair};
 use queues::Swapped;
-use submission::SubmissionLimit;
+use submission::Pace;
 
 pub(crate) use bounces::{Bounces, Extent, Size, Stage, record};
 pub(crate) use kernels::Form;
@@ -31,11 +31,15 @@ pub struct Wavefront {
     pub buffers: BufferTable,
     pub(crate) settings: Settings,
     pub(crate) capacity: u32,
-    pub(crate) submission_limit: Option<SubmissionLimit>,
+    pace: Pace,
     /// Paths in flight at once, the capacity at most.
     pub(crate) slice: u32,
     /// Paths of the batch that is under way.
     pub(crate) started: u32,
+    /// Eye and light paths so far.
+    paths: u64,
+    /// Samples of pixels that have reached the film, since the caller last set this to zero.
+    pub(crate) accumulated: u64,
     compiler: Compiler,
     swapped: Swapped,
     pub(crate) camera_rays: Bound,
@@ -53,6 +57,8 @@ pub struct Wavefront {
     pub(crate) aside: u64,
     /// K, subspaces a side.
     pub(crate) subspaces: u32,
+    /// See `shaders/bind/batch.wgsl`.
+    pub(crate) splat_scale: f32,
 }
 
 impl Wavefront {
@@ -97,9 +103,11 @@ impl Wavefront {
             buffers,
             settings,
             capacity,
-            submission_limit: None,
+            pace: Pace::default(),
             slice: capacity,
             started: 0,
+            paths: 0,
+            accumulated: 0,
             compiler,
             swapped,
             camera_rays,
@@ -113,6 +121,7 @@ impl Wavefront {
             light_counts: RayCounts::default(),
             aside: 0,
             subspaces: 0,
+            splat_scale: 1.0,
         };
         wavefront.bind_tests(context)?;
         Ok(wavefront)
@@ -162,9 +171,37 @@ impl Wavefront {
         context.queue.submit([encoder.finish()]);
         self.light_counts = RayCounts::default();
         self.aside = 0;
+        self.paths = 0;
         if let Some(timing) = &mut self.timing {
             timing.clear();
         }
+        context.wait()
+    }
+
+    /// After [`DeviceError::Abandoned`]: forgets the paths under way and what they brought to the camera, so that the next
+    /// batch begins as any other. `film`: the sums before the samples that were abandoned (empty: none), where parts of those
+    /// may have reached it.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub(crate) fn drop_unfinished(
+        &mut self,
+        context: &Context,
+        film: Option<&[FilmPixel]>,
+    ) -> Result<(), DeviceError> {
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        match film {
+            Some([]) => encoder.clear_buffer(self.buffers.get("film")?, 0, None),
+            Some(film) => self.buffers.write(context, "film", bytemuck::cast_slice(film))?,
+            None => {}
+        }
+        if let Ok(splats) = self.buffers.get("splats") {
+            encoder.clear_buffer(splats, 0, None);
+        }
+        // The lengths of queues, not the totals.
+        let lengths = std::mem::offset_of!(Counts, closest_total) as u64;
+        encoder.clear_buffer(self.buffers.get("counts")?, 0, Some(lengths));
+        context.queue.submit([encoder.finish()]);
         context.wait()
     }
 

@@ -74,6 +74,8 @@ pub(super) fn create(
 /// What was done so far, exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct RayCounts {
+    /// Eye and light paths.
+    pub paths: u64,
     pub closest_hit: u64,
     /// Connections tested: those that would carry light.
     pub occlusion: u64,
@@ -126,6 +128,7 @@ impl Wavefront {
     pub fn ray_counts(&self, context: &Context) -> Result<RayCounts, DeviceError> {
         let counts = self.counts(context)?;
         Ok(RayCounts {
+            paths: self.paths,
             closest_hit: total(counts.closest_total) - self.aside,
             occlusion: total(counts.shadow_total),
             non_finite_vertices: counts.non_finite_vertices.into(),

@@ -257,7 +257,8 @@ impl Point<'_> {
     /// [`Self::roulette`] as the renderer has it, whose paths always end: part of the densities that bidirectional
     /// weights are made of.
     pub fn survival(&self) -> f64 {
-        self.bsdf.albedo().max_element().clamp(0.3, 255.0 / 256.0)
+        let kept = self.bsdf.albedo().max_element().max(0.3);
+        if kept > 1.0 - 1.0 / 4096.0 { 255.0 / 256.0 } else { kept }
     }
 
     /// The medium that a segment leaving towards a direction is in, as far as this end knows.

@@ -1,0 +1,72 @@
+//! What a method cannot show of a scene, and what it cannot know of its own error.
+
+use crate::integrator::Plan;
+use crate::scene::{Camera, Material, Projection, Scene, SceneFeatures};
+
+/// Roughness below which what a surface reflects or refracts is as good as never found by chance.
+const SMOOTH: f32 = 0.2;
+/// Materials that are named.
+const NAMED: usize = 3;
+
+/// What users have to know of pictures of this scene by such a method, a line each.
+pub fn caveats(scene: &Scene, camera: &Camera, plan: &Plan) -> Vec<String> {
+    let only_light_paths = plan.to_camera && plan.selector.is_none();
+    if only_light_paths { unreachable(scene, camera) } else { unknown(scene, plan).into_iter().collect() }
+}
+
+/// What light paths cannot be connected to the camera from.
+fn unreachable(scene: &Scene, camera: &Camera) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(names) = names(scene, |material| material.is_delta() || material.unlit) {
+        lines.push(format!(
+            "light paths reach no pixel that shows a mirror, clear glass or an unlit surface: {names} will be black; take \
+             another integrator, or give these materials some roughness"
+        ));
+    }
+    if scene.environment.is_some() && matches!(camera.projection, Projection::Orthographic { .. }) {
+        lines.push(
+            "light paths do not reach an orthographic camera from the environment: it will be black; take another integrator"
+                .into(),
+        );
+    }
+    lines
+}
+
+/// Light that eye paths may never find, so that its absence is in no estimate.
+fn unknown(scene: &Scene, plan: &Plan) -> Option<String> {
+    let is_smooth = |material: &Material| {
+        material.roughness < SMOOTH && material.metallic.max(material.transmission) > 0.0 && !material.unlit
+    };
+    let receives = |material: &Material| !is_smooth(material) && !material.unlit;
+    if plan.to_camera || !SceneFeatures::of(scene).lights() || names(scene, receives).is_none() {
+        return None;
+    }
+    let names = names(scene, is_smooth)?;
+    let remedy = match plan.selector {
+        Some(_) => "add --light-tracing",
+        None => "compare with `-i bdpt --light-tracing`",
+    };
+    Some(format!(
+        "light that reaches other surfaces by way of smooth ones ({names}) is found by accident or not at all without \
+         connections to the camera: the picture may lack some of it (caustics), and the estimated error cannot know; {remedy}"
+    ))
+}
+
+/// Materials of triangles that fit, by name; `None` where there are none.
+fn names(scene: &Scene, fits: impl Fn(&Material) -> bool) -> Option<String> {
+    let mut names: Vec<&str> = Vec::new();
+    for mesh in &scene.meshes {
+        let Some(material) = scene.materials.get(mesh.material as usize) else { continue };
+        if !mesh.triangles.is_empty() && fits(material) && !names.contains(&material.name.as_str()) {
+            names.push(&material.name);
+        }
+    }
+    let others = names.len().saturating_sub(NAMED);
+    let quoted: Vec<String> = names.iter().take(NAMED).map(|name| format!("\"{name}\"")).collect();
+    let list = quoted.join(", ");
+    match (names.is_empty(), others) {
+        (true, _) => None,
+        (_, 0) => Some(list),
+        _ => Some(format!("{list} and {others} more")),
+    }
+}
