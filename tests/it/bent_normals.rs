@@ -1,7 +1,7 @@
 //! Meshes of few triangles with smooth normals: they lose no light (C-01), and all integrators see them alike (C-08, C-11).
 
 use glam::{DVec3, Vec3};
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, METHODS, Method};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, METHODS, Method};
 use halfway::render::RenderOptions;
 use halfway::scene::builtin::shapes;
 use halfway::scene::{Environment, Material, Mesh, Scene};
@@ -112,7 +112,7 @@ fn c11_low_poly_balls_agree_with_path() {
     assert_same_as_path(&scene, Method::Light(LightTracing { light_paths: None }), 32);
     assert_same_as_path(&scene, Method::Bdpt(Bdpt { light_tracing: true }), 8);
     // Mirrors and smooth glass, whose events have weights of their own.
-    let method = LvcBpt { light_paths: Some(1200), connections: 2, light_tracing: true };
+    let method = LvcBpt { light_paths: Some(1200), connections: Connections::even(2), light_tracing: true };
     assert_same_as_path(&low_poly(0.0), Method::LvcBpt(method), 8);
 }
 

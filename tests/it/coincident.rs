@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use halfway::accel::{Accel, Coincidence};
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, SpcBpt, View};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, SpcBpt, View};
 use halfway::render::RenderOptions;
 use halfway::scene::builtin::shapes;
 use halfway::scene::{AlphaMode, Camera, Material, Mesh, Projection, Scene};
@@ -22,8 +22,16 @@ const FORM_FACTOR: f64 = 0.199_824_895_698_387_46;
 const METHODS: [Method; 5] = [
     Method::Path,
     Method::Bdpt(Bdpt { light_tracing: false }),
-    Method::LvcBpt(LvcBpt { light_paths: Some(256), connections: 2, light_tracing: false }),
-    Method::SpcBpt(SpcBpt { light_paths: Some(256), connections: 2, light_tracing: false }),
+    Method::LvcBpt(LvcBpt {
+        light_paths: Some(256),
+        connections: Connections::even(2),
+        light_tracing: false,
+    }),
+    Method::SpcBpt(SpcBpt {
+        light_paths: Some(256),
+        connections: Connections::even(2),
+        light_tracing: false,
+    }),
     Method::Light(LightTracing { light_paths: None }),
 ];
 

@@ -1,7 +1,7 @@
 //! Backs that the camera looks through: all integrators agree on them, and light meets them (C-08).
 
 use glam::DVec3;
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method};
 use halfway::scene::builtin::shapes;
 use halfway::scene::{Material, Mesh, Scene, SceneFeatures};
 
@@ -53,7 +53,7 @@ fn c08_all_integrators_look_through_the_same_backs() {
     let scene = culled(house(grey(0.8)));
     assert_same_as_path(&scene, Method::Light(LightTracing { light_paths: None }), 32);
     assert_same_as_path(&scene, Method::Bdpt(Bdpt { light_tracing: true }), 4);
-    let method = LvcBpt { light_paths: Some(600), connections: 2, light_tracing: false };
+    let method = LvcBpt { light_paths: Some(600), connections: Connections::even(2), light_tracing: false };
     assert_same_as_path(&scene, Method::LvcBpt(method), 4);
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
-use halfway::integrator::{Bdpt, LvcBpt, Method, View};
+use halfway::integrator::{Bdpt, Connections, LvcBpt, Method, View};
 use halfway::render::{Budget, RenderError, RenderOptions, Renderer, Stop, TimeLimit};
 use halfway::scene::builtin::closed;
 
@@ -22,7 +22,7 @@ const SMALL: [u32; 2] = [40, 30];
 #[test]
 fn a_cut_leaves_whole_samples() {
     let scene = closed::plates();
-    let lvcbpt = LvcBpt { light_paths: Some(500), connections: 1, light_tracing: true };
+    let lvcbpt = LvcBpt { light_paths: Some(500), connections: Connections::even(1), light_tracing: true };
     let bdpt = Bdpt { light_tracing: true };
     for (method, size) in
         [(Method::Path, LARGE), (Method::Bdpt(bdpt), LARGE), (Method::LvcBpt(lvcbpt), SMALL)]

@@ -89,6 +89,7 @@ fn full_modules() -> Vec<(&'static str, Module)> {
     kernels()
         .map(|name| (name, stitch(name, features)))
         .chain([("light_shade", stitch("light_shade", lambert))])
+        .chain([("light_rays", stitch("light_rays", features.with(&[Feature::LightGuide])))])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
-use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, SpcBpt, View};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, SpcBpt, View};
 use halfway::render::RenderOptions;
 use halfway::scene::{Camera, LightKind, Projection, PunctualLight, Scene};
 
@@ -94,7 +94,11 @@ fn a_spot_with_a_hard_edge_sends_its_flux() {
 #[test]
 fn bidirectional_methods_send_a_narrow_cones_flux() {
     let bdpt = Method::Bdpt(Bdpt { light_tracing: true });
-    let lvcbpt = Method::LvcBpt(LvcBpt { light_paths: Some(1024), connections: 2, light_tracing: true });
+    let lvcbpt = Method::LvcBpt(LvcBpt {
+        light_paths: Some(1024),
+        connections: Connections::even(2),
+        light_tracing: true,
+    });
     for method in [bdpt, lvcbpt, Method::SpcBpt(SpcBpt::default())] {
         assert_flux([0.0, 1e-3], method, 32);
     }
