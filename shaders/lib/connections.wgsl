@@ -17,9 +17,10 @@ fn density_scale(depth: u32) -> f32 {
     return batch.density_scales[min(depth, DEEP)];
 }
 
-/// From the scale of DEEP to that of `depth`.
+/// From the scale of DEEP to that of `depth`. Where nothing is connected to light vertices, all are 0.
 fn scale_from_deep(depth: u32) -> f32 {
-    return density_scale(depth) / density_scale(DEEP);
+    let deep = density_scale(DEEP);
+    return select(density_scale(depth) / deep, 1.0, deep == 0.0);
 }
 
 /// What weights are told beside the number of connections: the density's scale for each of them.
