@@ -1,6 +1,7 @@
 //! Primitives compressed by `KHR_draco_mesh_compression`.
 
 use std::collections::BTreeMap;
+use std::panic::catch_unwind;
 
 use draco_core::decode_limits::DecodeLimits;
 use draco_core::draco_types::DataType;
@@ -33,9 +34,15 @@ pub struct Compressed {
 /// What is wrong with the bytes, or with the attributes asked for; more vertices or triangles than the limits allow.
 pub fn decode(what: &Compressed, bytes: &[u8], limits: &Limits) -> Result<Decompressed, String> {
     let allowed = DecodeLimits::default().with_max_points(limits.vertices).with_max_faces(limits.triangles);
-    let mut mesh = Mesh::new();
-    MeshDecoder::new()
-        .decode(&mut DecoderBuffer::new(bytes).with_limits(allowed), &mut mesh)
+    // The decoder meets hostile files here; should it panic, that is damaged data.
+    let mesh = catch_unwind(|| {
+        let mut mesh = Mesh::new();
+        MeshDecoder::new()
+            .decode(&mut DecoderBuffer::new(bytes).with_limits(allowed), &mut mesh)
+            .map(|()| mesh)
+    });
+    let mesh = mesh
+        .map_err(|_| "the decoder failed".to_string())?
         .map_err(|error| format!("the compressed bytes are damaged: {error}"))?;
     let points = mesh.num_points();
     if mesh.num_faces() == 0 || points as u64 > limits.vertices {
