@@ -24,6 +24,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if view.pixel == NO_PIXEL || (materials[point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
+#if culling
+    let from_behind = dot(view.direction, point.world_ng) < 0.0;
+    if from_behind && (triangles[hit.triangle].material_flags & TRIANGLE_CULLED) != 0u {
+        return;
+    }
+#endif
     var vertex = path_vertex(point, ray.direction, ray.pdf_solid, sub_paths_in[index]);
     vertex.edge = edge_towards(point, vertex, load_light_mis(index), view.direction);
     let connection = connect_camera(point, vertex, view);

@@ -17,6 +17,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let depth = paths_in[index].depth_medium & 0xffffu;
     alpha_word = random4(path_key(paths_in[index].path), bounce_dimension(depth, DIMENSION_ALPHA)).x;
 #endif
+#if culling
+    camera_way = select(0.0, 1.0, (paths_in[index].depth_medium & 0xffffu) == 0u);
+#endif
     let hit = trace(paths_in[index].origin, paths_in[index].direction, MAX_FLOAT);
     hits[index] = Hit(hit.t, hit.triangle, hit.b1, hit.b2);
 }

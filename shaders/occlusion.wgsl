@@ -26,6 +26,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         + counts.connection_round * CONNECTIONS_IN_FLIGHT + ray.slot % CONNECTIONS_IN_FLIGHT;
 #endif
 #endif
+#if culling
+#if splats_atomic
+    camera_way = -1.0;
+#endif
+#endif
     let hit = trace(ray.origin, ray.direction, ray.t_max);
     if hit.triangle == NO_TRIANGLE {
 #if splats_atomic

@@ -11,6 +11,7 @@ struct Triangle {
 
 const TRIANGLE_FLIPPED: u32 = 0x01000000u;
 const TRIANGLE_ALPHA: u32 = 0x02000000u;
+const TRIANGLE_CULLED: u32 = 0x04000000u;
 const TRIANGLE_MATERIAL: u32 = 0x00ffffffu;
 /// In the place of a triangle's index: none.
 const NO_TRIANGLE: u32 = 0xffffffffu;

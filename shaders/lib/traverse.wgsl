@@ -3,6 +3,9 @@
 #if alpha
 #import lib/alpha
 #endif
+#if culling
+#import lib/culling
+#endif
 
 // One traversal for both questions: the closest hit, and (`#if any_hit`) whether there is a hit at all.
 // Ylitie et al. 2017; the node layout and the order of its bits are those of obvhs.
@@ -134,6 +137,9 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
             if found_hit && (triangles[index].material_flags & TRIANGLE_ALPHA) != 0u {
                 found_hit = is_present(index, candidate.b1, candidate.b2);
             }
+#endif
+#if culling
+            found_hit = found_hit && !is_culled(index, direction);
 #endif
             if found_hit {
                 hit = RayHit(candidate.t, index, candidate.b1, candidate.b2);

@@ -65,6 +65,7 @@ features! {
         RoughTransmission rough_transmission, [Transmission], "adds a microfacet lobe for transmission";
         Absorption absorption, [], "an exponential for each segment inside a volume";
         Alpha alpha, [], "looks up opacity inside the traversal, at every hit of such a surface";
+        Culling culling, [], "a test at every hit of the camera's rays on such a surface";
         Textures textures, [], "look-ups while shading; 4 bytes per texel of memory";
         Normals normals, [Attributes, BentNormals], "12 bytes per vertex";
         NormalMap normal_map, [Attributes, Textures, BentNormals], "28 bytes per vertex, one look-up per surface";

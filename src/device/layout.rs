@@ -40,6 +40,8 @@ device_struct! {
 pub const TRIANGLE_FLIPPED: u32 = 1 << 24;
 /// The material has an alpha mask or blends.
 pub const TRIANGLE_ALPHA: u32 = 1 << 25;
+/// The camera looks through the triangle's back.
+pub const TRIANGLE_CULLED: u32 = 1 << 26;
 
 device_struct! {
     /// Which samples of which pixels a batch holds.

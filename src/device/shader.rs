@@ -48,6 +48,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/color",
     "lib/connect",
     "lib/connect_lambert",
+    "lib/culling",
     "lib/deliver",
     "lib/deliver_film",
     "lib/deliver_records",

@@ -21,6 +21,8 @@ pub struct SceneFeatures {
     /// Masked or blended surfaces.
     pub alpha: bool,
     pub textures: bool,
+    /// The camera looks through the backs of some surfaces.
+    pub culling: bool,
     /// Interpolated shading normals.
     pub normals: bool,
     pub normal_map: bool,
@@ -52,6 +54,7 @@ impl SceneFeatures {
             rough_transmission: transmission && any(|m| m.transmission > 0.0 && !m.unlit && !m.is_delta()),
             absorption: any(|m| m.volume && m.transmission > 0.0 && m.attenuation_distance.is_finite()),
             alpha: any(|m| m.alpha_mode != AlphaMode::Opaque),
+            culling: any(|m| m.culled),
             textures: !slots.is_empty(),
             normals: scene.meshes.iter().any(|mesh| mesh.normals.is_some()),
             normal_map,

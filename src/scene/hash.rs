@@ -85,7 +85,7 @@ fields! {
     Mesh { material, positions, normals, tangents, uvs, colors, triangles; name } by default Mesh::default();
     Material {
         base_color, alpha, base_color_texture, metallic, roughness, metallic_roughness_texture, normal_texture,
-        normal_scale, emission, emission_texture, alpha_mode, double_sided, ior, specular, specular_texture,
+        normal_scale, emission, emission_texture, alpha_mode, double_sided, culled, ior, specular, specular_texture,
         specular_color, specular_color_texture, transmission, transmission_texture, volume, attenuation_distance,
         attenuation_color, unlit;
         name

@@ -24,6 +24,8 @@ pub struct Material {
     pub emission_texture: Option<TextureRef>,
     pub alpha_mode: AlphaMode,
     pub double_sided: bool,
+    /// The camera looks through the back ([`Scene::cull_backs`](super::Scene::cull_backs)). Everything else meets it.
+    pub culled: bool,
     /// Index of refraction (`KHR_materials_ior`, 1.5 by default), at least 1.
     pub ior: f32,
     /// `KHR_materials_specular`: strength (texture: A) and colour (texture: RGB, sRGB) of the dielectric reflection.
@@ -81,6 +83,7 @@ impl Default for Material {
             emission_texture: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
+            culled: false,
             ior: 1.5,
             specular: 1.0,
             specular_texture: None,

@@ -87,6 +87,14 @@ impl Scene {
         Bounds::of(self.meshes.iter().flat_map(|mesh| &mesh.positions))
     }
 
+    /// Lets the camera look through the backs of single-sided surfaces, as glTF has it where `doubleSided` is false. What
+    /// transmits light stays: its back is the inside of a solid. Light meets all surfaces from both sides.
+    pub fn cull_backs(&mut self) {
+        for material in &mut self.materials {
+            material.culled = !material.double_sided && material.transmission == 0.0;
+        }
+    }
+
     /// The cameras that are the scene's own.
     pub fn own_cameras(&self) -> &[Camera] {
         let placed = usize::from(self.camera_placed);

@@ -10,14 +10,18 @@ const CHUNK: usize = 1 << 14;
 
 impl Scene {
     /// The distance, in scene units, from `origin` to the nearest triangle in the direction of `direction`, which need not
-    /// be a unit vector. Both sides count, and what is cut out of them by alpha does too. `None`: nothing is there, or the
-    /// direction is none.
+    /// be a unit vector. Both sides count, but for backs that the camera looks through, and what is cut out of them by alpha
+    /// does too. `None`: nothing is there, or the direction is none.
     pub fn distance_along(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let line = Line::new(origin, direction)?;
+        let culled =
+            |mesh: &Mesh| self.materials.get(mesh.material as usize).is_some_and(|material| material.culled);
         let nearest = |mesh: &Mesh, triangles: &[[u32; 3]]| {
             let distances = triangles
                 .iter()
-                .filter_map(|triangle| line.distance(triangle.map(|vertex| mesh.positions[vertex as usize])));
+                .map(|triangle| triangle.map(|vertex| mesh.positions[vertex as usize]))
+                .filter(|[a, b, c]| !culled(mesh) || (b - a).cross(c - a).dot(direction) <= 0.0)
+                .filter_map(|corners| line.distance(corners));
             distances.min_by(f64::total_cmp)
         };
         self.meshes

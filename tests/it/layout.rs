@@ -49,6 +49,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
 const CONSTANTS: &[(&str, u32)] = &host_constants![
     TRIANGLE_FLIPPED,
     TRIANGLE_ALPHA,
+    TRIANGLE_CULLED,
     EVERY_STRATEGY,
     MATERIAL_DELTA,
     MATERIAL_VOLUME,

@@ -16,6 +16,7 @@ mod command_page;
 mod command_train;
 mod command_warnings;
 mod compare;
+mod culling;
 mod degenerate;
 mod determinism;
 mod device;

@@ -28,6 +28,7 @@ fn scene() -> Scene {
         emission: Vec3::new(1.0, 2.0, 3.0),
         emission_texture: Some(reference(4)),
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        culled: true,
         double_sided: true,
         ior: 1.25,
         specular: 0.5,
@@ -127,6 +128,7 @@ fn every_field_counts() {
         |scene| scene.materials[1].alpha_mode = AlphaMode::Opaque,
         |scene| scene.materials[1].alpha_mode = AlphaMode::Blend,
         |scene| scene.materials[1].alpha_mode = AlphaMode::Mask { cutoff: 0.25 },
+        |scene| scene.materials[1].culled = false,
         |scene| scene.materials[1].double_sided = false,
         |scene| scene.materials[1].ior = 1.5,
         |scene| scene.materials[1].specular = 1.0,
@@ -200,5 +202,5 @@ fn what_pictures_do_not_depend_on_does_not_count() {
 /// change that saved models are refused.
 #[test]
 fn the_hash_stays_what_it_is() {
-    assert_eq!(format!("{:016x}", scene().content_hash()), "28a97fbf3c05ec42");
+    assert_eq!(format!("{:016x}", scene().content_hash()), "1fc070dc6d0a9a1a");
 }

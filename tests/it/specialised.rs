@@ -202,6 +202,10 @@ fn cases() -> Vec<(Feature, Vec<Feature>, Scene)> {
 
     let coloured =
         Material { ior: 1.0, attenuation_distance: 0.25, attenuation_color: Vec3::splat(0.5), ..glass(0.0) };
+    // Its back is turned to the camera.
+    let mut wall = before_a_lamp(Material { culled: true, ..grey(0.5) });
+    wall.meshes[0] =
+        Mesh { material: 0, ..shapes::flipped(shapes::quad(DVec3::NEG_ONE, DVec3::X * 2.0, DVec3::Y * 2.0)) };
     let absent = Material { alpha: 0.25, alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..grey(0.5) };
 
     let tilted = Vec3::new(0.6, 0.8, 0.0);
@@ -223,6 +227,7 @@ fn cases() -> Vec<(Feature, Vec<Feature>, Scene)> {
         (RoughTransmission, vec![Transmission, RoughTransmission, AreaLights], before_a_lamp(glass(0.4))),
         (Absorption, vec![Transmission, Absorption, AreaLights], before_a_lamp(coloured)),
         (Alpha, vec![LambertOnly, Alpha, AreaLights], before_a_lamp(absent)),
+        (Culling, vec![LambertOnly, Culling, AreaLights], wall),
         (Textures, vec![LambertOnly, Textures, Uv0, PunctualLights], half_black(0)),
         (Uv0, vec![LambertOnly, Textures, Uv0, PunctualLights], half_black(0)),
         (Uv1, vec![LambertOnly, Textures, Uv1, PunctualLights], half_black(1)),

@@ -17,7 +17,7 @@ use crate::film::write::{try_file, try_folder};
 pub use camera::{CameraArgs, CameraNameArgs};
 pub use error::InputError;
 pub use parse::{parse_crop, parse_duration, parse_exposure, parse_probability, parse_size, parse_stops};
-pub use scene::{SceneArgs, say_what_is_missing};
+pub use scene::{BackFaces, SceneArgs, say_what_is_missing};
 
 /// Tries the place of a file to come: before hours of work, not after them. Nothing is left there.
 ///

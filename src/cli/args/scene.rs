@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::InputError;
 use crate::cli::CliError;
@@ -31,6 +31,19 @@ pub struct SceneArgs {
     /// Refuse a scene with any fault, such as a missing texture, instead of showing it without the part that has it.
     #[arg(long)]
     pub strict: bool,
+    /// What the camera sees of the backs of single-sided surfaces (`doubleSided` false).
+    #[arg(long, value_name = "HOW", value_enum, default_value_t)]
+    pub back_faces: BackFaces,
+}
+
+/// Backs of surfaces that have no second side in glTF.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum BackFaces {
+    /// They are there and lit as the front is, as Blender's Cycles has them.
+    #[default]
+    Show,
+    /// The camera looks through them, as glTF and rasterisers have it; light still meets them, and glass stays whole.
+    Cull,
 }
 
 /// Warnings shown one by one before the rest is only counted.
@@ -79,6 +92,9 @@ impl SceneArgs {
                 gltf::load(&self.scene, &options)?
             }
         };
+        if self.back_faces == BackFaces::Cull {
+            scene.cull_backs();
+        }
         if let Some(path) = &self.env {
             let mut environment = Environment::load(path, &mut scene.warnings)?;
             environment.scale = self.env_scale;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::CliError;
 use crate::cli::args::picture::PictureArgs;
-use crate::cli::args::{CameraNameArgs, SceneArgs, default_output};
+use crate::cli::args::{BackFaces, CameraNameArgs, SceneArgs, default_output};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 
@@ -49,6 +49,7 @@ impl BenchSceneArgs {
             env_rotate: 0.0,
             allow_outside: self.allow_outside,
             strict: self.strict,
+            back_faces: BackFaces::default(),
         };
         let mut scene = from.load()?;
         let camera = self.camera.choose(&mut scene)?;

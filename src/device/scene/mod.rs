@@ -150,6 +150,9 @@ fn triangles(scene: &Scene, accel: &Accel, light_of_triangle: &[u32]) -> Vec<lay
             if scene.materials[material as usize].alpha_mode != scene::AlphaMode::Opaque {
                 flags |= layout::TRIANGLE_ALPHA;
             }
+            if scene.materials[material as usize].culled {
+                flags |= layout::TRIANGLE_CULLED;
+            }
             layout::Triangle {
                 v0: triangle.vertices[0].to_array(),
                 material_flags: material | flags,
