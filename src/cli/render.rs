@@ -138,6 +138,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let stop = render(&mut renderer, &mut output, meter, &options.budget)?;
     let report = renderer.report()?;
     let picture = renderer.picture()?;
+    let infinite = picture.rgb.iter().flatten().filter(|channel| !channel.is_finite()).count();
     let stops = output.exposure.stops(&picture);
     let lost = Lost::judge(&picture, output.view, stops);
     output.exposure = Exposure::Stops(stops);
@@ -172,7 +173,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
             strategies::write(&mut renderer, &options, &strategies, folder, view, &mut saves, interrupted);
         saves.picture(folder, written);
     }
-    let exit = args.exit(&report, stop);
+    let exit = args.exit(&report, infinite, stop);
     saves.end()?;
     Ok(exit)
 }
@@ -219,9 +220,16 @@ impl RenderArgs {
         })
     }
 
-    /// How the program ends after a picture was written.
-    fn exit(&self, report: &Report, stop: Stop) -> Exit {
-        if report.non_finite > 0 {
+    /// How the program ends after a picture was written. `infinite`: values in it that f32 cannot hold.
+    fn exit(&self, report: &Report, infinite: usize, stop: Stop) -> Exit {
+        if infinite > 0 {
+            eprintln!(
+                "error: {infinite} values of the picture are infinite: they are beyond {:.1e}, the largest number of its files. \
+                 Make the scene's lights weaker.",
+                f32::MAX
+            );
+            Exit::NonFinite
+        } else if report.non_finite > 0 {
             eprintln!(
                 "error: {} samples were not finite; they are left out of the picture. Please report the scene.",
                 report.non_finite

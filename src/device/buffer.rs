@@ -45,6 +45,7 @@ impl BufferTable {
         if bytes > limit {
             return Err(DeviceError::BufferTooLarge { name: name.into(), bytes, limit });
         }
+        self.check_memory(context, name, bytes)?;
         let scope = context.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let buffer = context.device.create_buffer(&BufferDescriptor {
             label: Some(name),
@@ -53,10 +54,23 @@ impl BufferTable {
             mapped_at_creation: false,
         });
         if pollster::block_on(scope.pop()).is_some() {
-            return Err(DeviceError::OutOfMemory { name: name.into(), bytes });
+            let total = self.buffers.values().map(wgpu::Buffer::size).sum::<u64>() + bytes;
+            let memory = context.memory.unwrap_or(total - bytes);
+            return Err(DeviceError::OutOfMemory { name: name.into(), bytes, total, memory });
         }
         self.buffers.insert(name.to_string(), buffer);
         Ok(&self.buffers[name])
+    }
+
+    /// Software devices take memory that is not there, and end the process when it is used.
+    fn check_memory(&self, context: &Context, name: &str, bytes: u64) -> Result<(), DeviceError> {
+        let Some(memory) = context.memory else { return Ok(()) };
+        let others = self.buffers.iter().filter(|(other, _)| *other != name);
+        let total = others.map(|(_, buffer)| buffer.size()).sum::<u64>() + bytes;
+        if total > memory {
+            return Err(DeviceError::OutOfMemory { name: name.into(), bytes, total, memory });
+        }
+        Ok(())
     }
 
     /// A storage buffer that holds `data`.

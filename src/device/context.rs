@@ -45,6 +45,9 @@ pub struct Context {
     pub info: wgpu::AdapterInfo,
     /// True when kernels can be timed.
     pub timestamps: bool,
+    /// Bytes that its buffers may take together, as far as that is known: of a software device what the machine had left
+    /// when it was opened.
+    pub memory: Option<u64>,
     interrupt: Option<Interrupt>,
 }
 
@@ -130,7 +133,17 @@ impl Context {
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| DeviceError::Open { name: info.name.clone(), message: error.to_string() })?;
         let timestamps = features.contains(Features::TIMESTAMP_QUERY);
-        Ok(Self { instance, adapter: adapter.clone(), device, queue, info, timestamps, interrupt: None })
+        let memory = if info.device_type == DeviceType::Cpu { free_memory() } else { None };
+        Ok(Self {
+            instance,
+            adapter: adapter.clone(),
+            device,
+            queue,
+            info,
+            timestamps,
+            memory,
+            interrupt: None,
+        })
     }
 
     /// The same device for work that can be ended: a round that goes on for longer than `grace` after `is_wanted`, or after
@@ -190,4 +203,15 @@ impl Context {
             self.device.create_shader_module_trusted(descriptor, checks)
         }
     }
+}
+
+/// Bytes that the machine has left, or that its container may have at all; `None` where that cannot be told.
+fn free_memory() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let machine = read("/proc/meminfo").and_then(|text| {
+        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+        Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+    });
+    let container = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
+    [machine, container].into_iter().flatten().min()
 }

@@ -39,8 +39,11 @@ pub enum DeviceError {
          or another device (`halfway devices`)"
     )]
     BufferTooLarge { name: String, bytes: u64, limit: u64 },
-    #[error("out of device memory: {name} needs {bytes} bytes; use a smaller picture or another device")]
-    OutOfMemory { name: String, bytes: u64 },
+    #[error(
+        "out of device memory: {name} needs {bytes} bytes, and all buffers together {total}, where {memory} are free; use a \
+         smaller picture, a smaller scene, or another device"
+    )]
+    OutOfMemory { name: String, bytes: u64, total: u64, memory: u64 },
     #[error(
         "the acceleration structure is {depth} levels deep, more than {limit}: the scene's triangles lie in one another; remove duplicates"
     )]

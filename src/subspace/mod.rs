@@ -31,7 +31,7 @@ pub use error::SubspaceError;
 pub use guide::LightGuide;
 pub use judge::relative_loss;
 pub use model::{GammaTables, Model, TrainingReport};
-pub use settings::{Optimiser, Settings};
+pub use settings::{LEAST_UNIFORM_SHARE, Optimiser, Settings};
 pub use sources::SourceLabels;
 pub use train::train;
 pub use training::{

@@ -73,6 +73,9 @@ impl Default for Settings {
     }
 }
 
+/// Of which the kernels still see every subspace's part, in single precision.
+pub const LEAST_UNIFORM_SHARE: f64 = 1e-6;
+
 impl Settings {
     /// Subspaces per side for so many training nodes.
     pub fn subspaces_for(&self, nodes: usize) -> u32 {
@@ -98,12 +101,12 @@ impl Settings {
         share("tree_stop", self.tree_stop, 1.0)?;
         share("held_out", self.held_out, 0.9)?;
         share("smoothing", self.smoothing.unwrap_or(0.0), 1.0)?;
-        if !(self.uniform_share > 0.0 && self.uniform_share <= 1.0) {
+        if !(self.uniform_share >= LEAST_UNIFORM_SHARE && self.uniform_share <= 1.0) {
             // Without it a light subspace may become unreachable: energy would be lost.
             return Err(SubspaceError::Setting {
                 name: "uniform_share",
                 value: self.uniform_share,
-                least: f64::MIN_POSITIVE,
+                least: LEAST_UNIFORM_SHARE,
                 most: 1.0,
             });
         }

@@ -48,3 +48,20 @@ fn warnings_are_counted_and_kept_with_the_picture() {
     quiet.assert(0, &["2 warnings about the scene"]);
     assert_eq!(quiet.said.lines().count(), 1, "{}", quiet.said);
 }
+
+/// Radiance beyond f32 is infinite in the picture's files.
+#[test]
+fn infinite_pictures_are_a_failure() {
+    let case = Case::new();
+    let mut file = GltfFile::triangle();
+    let light = json!({"type": "point", "intensity": 3e38});
+    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [light]}});
+    file.push(
+        "nodes",
+        json!({"translation": [0.2, 0.2, 0.01], "extensions": {"KHR_lights_punctual": {"light": 0}}}),
+    );
+    case.write("scene.gltf", &file);
+    case.run("render scene.gltf --spp 8 --size 16x16 -o out.exr")
+        .assert(5, &["infinite", "Make the scene's lights weaker"]);
+    assert_eq!(case.files(), ["out.exr", "scene.gltf"]);
+}

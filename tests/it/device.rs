@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use halfway::device::shader::{SOURCES, stitch, stitch_text};
-use halfway::device::{Feature, Features};
+use halfway::device::{BufferTable, DeviceError, Feature, Features};
 
 use crate::gpu;
 
@@ -109,4 +109,20 @@ fn every_feature_is_asked_for() {
         };
         assert!(SOURCES.iter().any(|(_, text)| text.lines().any(asks)), "no shader asks for {feature}");
     }
+}
+
+/// Software devices would end the process: what does not fit is known before.
+#[test]
+fn memory_that_is_not_there_is_refused_with_its_sum() {
+    let mut context = gpu::context().clone();
+    assert!(!context.is_cpu() || context.memory.is_some_and(|memory| memory > 1 << 20));
+    context.memory = Some(1 << 20);
+    let mut buffers = BufferTable::default();
+    buffers.create(&context, "first", 3 << 18).unwrap();
+    let error = buffers.create(&context, "second", 1 << 19).unwrap_err();
+    assert!(
+        matches!(error, DeviceError::OutOfMemory { total, memory, .. } if (total, memory) == (5 << 18, 1 << 20))
+    );
+    // What replaces a buffer does not add to it.
+    buffers.create(&context, "first", 1 << 20).unwrap();
 }

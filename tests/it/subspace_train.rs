@@ -215,7 +215,7 @@ fn without_paths_there_is_power() {
     assert!(matches!(error, SubspaceError::UnknownLight { light: 5, count: 5 }));
     data.light_samples.clear();
     assert!(matches!(try_train(&data, Settings::default()), SubspaceError::NoLight { samples: 0, .. }));
-    for uniform_share in [0.0, -1.0, 1.5, f64::NAN] {
+    for uniform_share in [0.0, -1.0, 1e-7, 1.5, f64::NAN] {
         let error = try_train(&data, Settings { uniform_share, ..Settings::default() });
         assert!(matches!(error, SubspaceError::Setting { name: "uniform_share", .. }));
     }

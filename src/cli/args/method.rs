@@ -10,7 +10,7 @@ use super::InputError;
 use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
 use crate::integrator::{Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method};
-use crate::subspace::{Model, Optimiser, Settings, SubspaceError};
+use crate::subspace::{LEAST_UNIFORM_SHARE, Model, Optimiser, Settings, SubspaceError};
 use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
 
 /// Rounds of a first look.
@@ -145,7 +145,7 @@ pub struct LearnArgs {
     #[arg(long, value_enum, value_name = "NAME", help_heading = LEARNING)]
     optimiser: Option<Optimiser>,
     #[arg(long, value_name = "SHARE", help_heading = LEARNING,
-          help = format!("Share of the connections that goes evenly to all light subspaces, above 0 and at most 1 \
+          help = format!("Share of the connections that goes evenly to all light subspaces, {LEAST_UNIFORM_SHARE} to 1 \
                           (default: {})", Settings::default().uniform_share))]
     uniform_share: Option<f64>,
     /// Share of what neighbouring subspaces have learnt in every step of Gamma, 0 to 1 (default: what suits paths that
