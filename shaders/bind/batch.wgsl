@@ -41,6 +41,9 @@ struct Batch {
     subspaces: u32,
     /// What light paths bring to the camera is summed in units that are so many times finer: a power of two.
     splat_scale: f32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 /// Samples of a pixel that belong together, counted from the first.

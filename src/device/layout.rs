@@ -72,6 +72,9 @@ device_struct! {
         pub weighted: u32,
         pub subspaces: u32,
         pub splat_scale: f32,
+        pub pad0: u32,
+        pub pad1: u32,
+        pub pad2: u32,
     }
 }
 

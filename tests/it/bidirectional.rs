@@ -346,9 +346,9 @@ fn n10_plates_that_almost_touch() {
 fn cache_grows() {
     // A light path has about 20 vertices here; the cache begins with room for a few.
     let scene = closed::furnace_box(0.95, 1.0);
-    let options = RenderOptions { method: lvcbpt(20_000, 2, false), ..options([8, 8], 16) };
+    let options = RenderOptions { method: lvcbpt(5_000, 2, false), ..options([8, 8], 16) };
     let shot = render(&scene, options.clone());
-    let a_path = shot.report.rays.light_vertices as f64 / (16.0 * 20_000.0);
+    let a_path = shot.report.rays.light_vertices as f64 / (16.0 * 5_000.0);
     println!("{a_path} vertices a light path");
     assert!((15.0..25.0).contains(&a_path));
     let means: Moments = renders(&scene, &options, 0..8).iter().map(|picture| mean(picture)).collect();

@@ -382,7 +382,7 @@ fn n11_ratios_neither_overflow_nor_vanish() {
             let pdf_eye = bitcast<f32>(pdfs[2u + 2u * n]);
             let pdf_light = bitcast<f32>(pdfs[2u + 2u * n + 1u]);
             let pdf_previous = bitcast<f32>(pdfs[2u + 2u * (n - 1u) + 1u]);
-            out[0] = bitcast<u32>(hit_weight(C, eye[n], pdf_previous, pdf_light, pdf_eye));
+            out[0] = bitcast<u32>(hit_weight(1.0, C, eye[n], pdf_previous, pdf_light, pdf_eye));
             for (var t = 2u; t <= n; t++) {
                 // x_{t-1} is the eye's, x_t the light's.
                 let eye_edge = select(0.0, C, t > 2u);

@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::faults::Faults;
 use super::material;
-use super::unsupported::unsupported;
+use super::unsupported::{COMPRESSED, unsupported};
 use crate::scene::SceneError;
 
 /// Read and honoured (or, like quantisation, a licence for formats that are read anyway), beside those of materials.
@@ -15,14 +15,6 @@ const UNDERSTOOD: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
-];
-
-/// Likewise, in builds with the feature `compressed`.
-pub const COMPRESSED: &[&str] = &[
-    "EXT_meshopt_compression",
-    "KHR_draco_mesh_compression",
-    "KHR_meshopt_compression",
-    "KHR_texture_basisu",
 ];
 
 fn is_understood(name: &str) -> bool {

@@ -8,8 +8,8 @@ use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Semantic};
 use gltf::json::validation::Checked;
 
-use super::document::Attributes;
 use super::faults::Faults;
+use super::parts::Attributes;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format, Values, finite, place};
 

@@ -29,6 +29,7 @@ mod meshopt;
 mod nodes;
 mod normals;
 mod options;
+mod parts;
 mod place;
 mod sieve;
 mod skin;
@@ -49,11 +50,12 @@ use super::{Camera, PunctualLight, Scene};
 use crate::scene::SceneError;
 use accessor::Accessors;
 use buffers::Buffers;
-use document::{Document, LIGHTS, VARIANTS};
+use document::Document;
 use faults::Faults;
 use material::MaterialTable;
 use mesh::{Decompressed, Primitive, PrimitiveReader, Skipped};
 use nodes::NodeTree;
+use parts::{LIGHTS, VARIANTS};
 
 pub use options::{Limits, LoadOptions};
 

@@ -6,8 +6,9 @@ use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use gltf::json::accessor::Type;
 use gltf::json::{self, Index};
 
-use super::document::{Document, Transform, extension};
+use super::document::{Document, extension};
 use super::faults::Faults;
+use super::parts::Transform;
 use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Component, Format};
 

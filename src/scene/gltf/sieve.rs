@@ -13,7 +13,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Error, Map, Value, json};
 
-use super::document::{LIGHTS, Listed, Morph, Targets, VARIANTS};
+use super::parts::{LIGHTS, Listed, Morph, Targets, VARIANTS};
 
 /// Members that are not read, by their list: whatever stands there is left out.
 const UNREAD: &[(&str, &[&str])] = &[

@@ -1,7 +1,14 @@
 //! What to do about extensions that cannot be read.
 
-use super::extensions::COMPRESSED;
 use crate::scene::SceneError;
+
+/// Extensions that are understood in builds with the feature `compressed`.
+pub const COMPRESSED: &[&str] = &[
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
+];
 
 /// The advice that goes with an extension that is not understood.
 fn advice(name: &str) -> &'static str {
