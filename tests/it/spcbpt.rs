@@ -77,7 +77,8 @@ fn uneven(random: &mut Stream) -> Connections {
 
 #[test]
 fn c08_spcbpt_agrees_with_path() {
-    for (name, light_tracing) in [("door", false), ("spheres", true), ("glass-slab", false)] {
+    // Glass is in the next test.
+    for (name, light_tracing) in [("door", false), ("spheres", true)] {
         let scene = builtin(name).expect("a built-in scene");
         assert_options_same_as_path(&scene, &spcbpt(method(600, 2, light_tracing), 4, None));
     }
@@ -165,11 +166,11 @@ fn c09_twenty_models_of_nonsense_agree_with_path() {
     assert_equal_tiles("20 models", &tiles(&found), &tiles(&path));
 }
 
-/// Learning as it is by default, sixteen times with a seed of its own for what is learnt and for what is shown.
+/// Learning as it is by default, eight times with a seed of its own for what is learnt and for what is shown.
 #[test]
-fn c09_learning_with_sixteen_seeds_agrees_with_path() {
+fn c09_learning_with_eight_seeds_agrees_with_path() {
     let (scene, _) = cornell();
-    let found: Vec<_> = (2000..2016)
+    let found: Vec<_> = (2000..2008)
         .map(|seed| {
             let settings = Settings::default();
             let training = Training { settings, ..Training::default() };
@@ -192,7 +193,7 @@ fn c09_learning_with_sixteen_seeds_agrees_with_path() {
     let [a, b]: [Moments; 2] = [&found, &path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
     let error = a.standard_error().hypot(b.standard_error()) / b.mean;
     let (ratio, p) = (a.mean / b.mean, welch_p(&a, &b));
-    println!("16 seeds: {ratio:.5} +- {error:.5} of path, p = {p:.2e}");
+    println!("8 seeds: {ratio:.5} +- {error:.5} of path, p = {p:.2e}");
     assert!(error < 4e-3, "{error} is too noisy: only a bias of six times as much is found");
     assert!(p > FAMILY_ALPHA, "{ratio} +- {error}, p = {p:e}");
 }
