@@ -152,7 +152,7 @@ pub(super) fn hidden(scene: &Scene, precedence: &Precedence, triangles: &[AccelT
     for same_key in keys.chunk_by(|a, b| a.0 == b.0).filter(|keys| keys.len() > 1) {
         let mut group: Vec<u32> = same_key.iter().map(|key| key.1).collect();
         let of = |index: u32| &triangles[index as usize];
-        group.sort_by(|&a, &b| bits(of(a)).cmp(&bits(of(b))));
+        group.sort_by_key(|&a| bits(of(a)));
         for same in group.chunk_by_mut(|&a, &b| bits(of(a)) == bits(of(b))) {
             let mut kept: Vec<u32> = same.to_vec();
             for is_upper in [true, false] {

@@ -262,7 +262,7 @@ fn eye_path(group: u32) -> u64 {
 
 /// By what was seen, so that no observation is on both sides.
 fn judges(by: u64) -> bool {
-    (by.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) % JUDGES == 0
+    (by.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40).is_multiple_of(JUDGES)
 }
 
 /// Visits everything that was seen, row by row; returns how many independent observations of equal weight each row is worth
