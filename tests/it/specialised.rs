@@ -226,8 +226,10 @@ fn cases() -> Vec<(Feature, Vec<Feature>, Scene)> {
         Material { ior: 1.0, attenuation_distance: 0.25, attenuation_color: Vec3::splat(0.5), ..glass(0.0) };
     // Its back is turned to the camera.
     let mut wall = before_a_lamp(Material { culled: true, ..grey(0.5) });
-    wall.meshes[0] =
-        Mesh { material: 0, ..shapes::flipped(shapes::quad(DVec3::NEG_ONE, DVec3::X * 2.0, DVec3::Y * 2.0)) };
+    wall.meshes[0] = Mesh {
+        material: 0,
+        ..shapes::flipped(shapes::quad(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0))
+    };
     let absent = Material { alpha: 0.25, alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..grey(0.5) };
 
     let tilted = Vec3::new(0.6, 0.8, 0.0);
