@@ -54,6 +54,12 @@ pub fn systematic(weights: impl Iterator<Item = f64> + Clone, count: u32, seed: 
 impl Centroids {
     /// `variance`: s2. `direction_weight`: k_d.
     pub fn new(features: Vec<Feature>, variance: f32, direction_weight: f32) -> Self {
+        // A scene seen at one point only is still classified by its normals.
+        let normal_scale = variance.max(f32::MIN_POSITIVE);
+        Self::with_scales(features, normal_scale, direction_weight * normal_scale)
+    }
+
+    fn with_scales(features: Vec<Feature>, normal_scale: f32, direction_scale: f32) -> Self {
         let lanes = features
             .chunks(LANES)
             .map(|chunk| {
@@ -63,20 +69,13 @@ impl Centroids {
                 })
             })
             .collect();
-        Self {
-            features,
-            // A scene seen at one point only is still classified by its normals.
-            normal_scale: variance.max(f32::MIN_POSITIVE),
-            direction_scale: direction_weight * variance.max(f32::MIN_POSITIVE),
-            lanes,
-        }
+        Self { features, normal_scale, direction_scale, lanes }
     }
 
     /// Each centroid moves to the mean of the features that are nearest to it, `steps` times; normals and directions are made
     /// unit vectors again. A centroid that is nearest to none stays.
     /// Lloyd, Least Squares Quantization in PCM, IEEE Transactions on Information Theory 28(2), 1982.
     pub fn relaxed(self, samples: &[Feature], steps: u32) -> Self {
-        let (normal_scale, direction_scale) = (self.normal_scale, self.direction_scale);
         (0..steps).fold(self, |centroids, _| {
             let nearest: Vec<u32> = samples.par_iter().map(|sample| centroids.nearest(sample)).collect();
             let mut sums = vec![Sum::default(); centroids.features.len()];
@@ -84,7 +83,7 @@ impl Centroids {
                 sums[nearest as usize].add(sample);
             }
             let features = sums.iter().zip(&centroids.features).map(|(sum, old)| sum.mean(old)).collect();
-            Self { normal_scale, direction_scale, ..Self::new(features, 0.0, 0.0) }
+            Self::with_scales(features, centroids.normal_scale, centroids.direction_scale)
         })
     }
 

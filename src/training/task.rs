@@ -169,13 +169,14 @@ impl Clock {
             choices.push(Choice::new("subspaces", model.subspaces, reason));
         }
         if model.settings.light_guide {
-            let density = format!(
-                "they are {:.2} times as dense where their light is wanted",
-                model.report.guide_gain.exp()
-            );
+            let density = model.report.guide_gain.exp();
+            let wanted = "times as dense where their light is wanted";
             choices.push(match model.guide {
-                Some(_) => Choice::new("light paths", "guided", density),
-                None => Choice::new("light paths", "not guided", format!("{density} only")),
+                Some(_) => Choice::new("light paths", "guided", format!("they are {density:.2} {wanted}")),
+                None => {
+                    let reason = format!("they would be only {density:.2} {wanted}");
+                    Choice::new("light paths", "not guided", reason)
+                }
             });
         }
         TrainingResult {

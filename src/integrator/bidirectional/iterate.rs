@@ -24,8 +24,7 @@ impl Bidirectional {
         batch: &Batch,
         paths: u32,
     ) -> Result<Counts, DeviceError> {
-        let template = Batch { light_path_count: paths, ..*batch };
-        self.trace_light(context, &self.shared_batches(&template), Light::Cache)
+        self.trace_light(context, &self.shared_batches(batch, paths), Light::Cache)
     }
 
     /// Traces `paths` light paths for the number of their vertices; the cache may have no room for them.
@@ -38,9 +37,8 @@ impl Bidirectional {
         batch: &Batch,
         paths: u32,
     ) -> Result<Counts, DeviceError> {
-        let template = Batch { light_path_count: paths, ..*batch };
         self.clear_light_vertices(context)?;
-        for batch in self.shared_batches(&template) {
+        for batch in self.shared_batches(batch, paths) {
             self.trace_light_batch(context, &batch, Light::Cache)?;
         }
         self.wavefront.counts(context)
@@ -54,13 +52,13 @@ impl Bidirectional {
         Ok(())
     }
 
-    /// The light paths of an iteration, as many at a time as the queues hold.
-    fn shared_batches(&self, template: &Batch) -> Vec<Batch> {
-        let paths = template.light_path_count;
+    /// The light paths of an iteration, `paths` of them, as many at a time as the queues hold.
+    fn shared_batches(&self, template: &Batch, paths: u32) -> Vec<Batch> {
         let most = self.wavefront.slice;
         (0..paths)
             .step_by(most as usize)
             .map(|first| Batch {
+                light_path_count: paths,
                 first_light_path: first,
                 pixel_count: most.min(paths - first),
                 sample_count: 1,
@@ -168,11 +166,12 @@ impl Bidirectional {
     /// A batch as the method's kernels want it.
     pub(super) fn complete(&self, batch: Batch, light_paths: u32) -> Batch {
         let to_camera = self.stages.light_rays.is_some() && self.plan.to_camera;
+        let [first, second, deep, hit_scale] = self.density_scales;
         Batch {
             light_path_count: light_paths,
             connections: self.plan.connections.counts,
-            hit_scale: self.density_scales[3],
-            density_scales: [self.density_scales[0], self.density_scales[1], self.density_scales[2]],
+            hit_scale,
+            density_scales: [first, second, deep],
             camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
             ..batch
         }
@@ -189,7 +188,7 @@ impl Bidirectional {
         light_paths: u32,
     ) -> Result<Counts, DeviceError> {
         let batch = self.complete(*batch, light_paths);
-        let counts = self.trace_light(context, &self.shared_batches(&batch), Light::Cache)?;
+        let counts = self.trace_light(context, &self.shared_batches(&batch, light_paths), Light::Cache)?;
         self.trace_eye(context, &batch, &counts)?;
         Ok(counts)
     }
@@ -207,7 +206,7 @@ impl Bidirectional {
         let mut purpose = Light::CameraAndCache;
         let mut counts = Counts::default();
         if lit && !own_paths {
-            counts = self.trace_light(context, &self.shared_batches(&batches[0]), purpose)?;
+            counts = self.trace_light(context, &self.shared_batches(&batches[0], light_paths), purpose)?;
         } else if lit && batches.len() > 1 && self.plan.to_camera {
             // All that light paths bring to the camera has to be there before the first pixel is summed.
             for batch in &batches {

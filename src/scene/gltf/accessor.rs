@@ -59,6 +59,14 @@ pub struct Accessors<'a> {
     pub options: &'a LoadOptions,
 }
 
+/// An accessor with the place that messages name, and its layout.
+struct Described<'a> {
+    accessor: &'a json::Accessor,
+    place: String,
+    component: Component,
+    lanes: usize,
+}
+
 impl Accessors<'_> {
     /// All values of accessor `index`, which must have one of the layouts of `format`. `from` names the reference.
     ///
@@ -84,10 +92,7 @@ impl Accessors<'_> {
         format: &Format,
         from: &str,
     ) -> Result<Values, SceneError> {
-        let accessor = self.document.get(index, from)?;
-        let place = place(index);
-        let component = component(accessor, &place)?;
-        let lanes = self.check_format(accessor, component, format, &place)?;
+        let Described { accessor, place, component, lanes } = self.describe(index, format, from)?;
         let found = (components.lanes, components.len() as u64);
         if found != (lanes, accessor.count.0) {
             let expected = (lanes, accessor.count.0);
@@ -101,6 +106,23 @@ impl Accessors<'_> {
         Ok(Values { lanes, data: components.data.iter().map(scaled).collect() })
     }
 
+    /// What accessor `index` says of itself.
+    ///
+    /// # Errors
+    /// An accessor that is not there, or of another layout than one of `format`.
+    fn describe(
+        &self,
+        index: Index<json::Accessor>,
+        format: &Format,
+        from: &str,
+    ) -> Result<Described<'_>, SceneError> {
+        let accessor = self.document.get(index, from)?;
+        let place = place(index);
+        let component = component(accessor, &place)?;
+        let lanes = self.check_format(accessor, component, format, &place)?;
+        Ok(Described { accessor, place, component, lanes })
+    }
+
     /// As [`Self::read`], but values may be NaN or infinite.
     ///
     /// # Errors
@@ -111,10 +133,7 @@ impl Accessors<'_> {
         format: &Format,
         from: &str,
     ) -> Result<Values, SceneError> {
-        let accessor = self.document.get(index, from)?;
-        let place = place(index);
-        let component = component(accessor, &place)?;
-        let lanes = self.check_format(accessor, component, format, &place)?;
+        let Described { accessor, place, component, lanes } = self.describe(index, format, from)?;
         let count = self.check_count(accessor, &place)?;
 
         let mut values = Values { lanes, data: Vec::new() };
