@@ -51,11 +51,12 @@ override UV1_OFFSET: u32 = 0u;
 override TANGENT_OFFSET: u32 = 0u;
 override COLOR_OFFSET: u32 = 0u;
 
-/// A number of a vertex interpolated over the triangle.
+/// A number of a vertex interpolated over the triangle; what is equal at all three is so between them, to the last bit.
 fn attribute1(triangle: u32, b: vec3f, offset: u32) -> f32 {
-    return b.x * vertex_attributes[corner_vertices[triangle * 3u] * ATTRIBUTE_STRIDE + offset]
-        + b.y * vertex_attributes[corner_vertices[triangle * 3u + 1u] * ATTRIBUTE_STRIDE + offset]
-        + b.z * vertex_attributes[corner_vertices[triangle * 3u + 2u] * ATTRIBUTE_STRIDE + offset];
+    let first = vertex_attributes[corner_vertices[triangle * 3u] * ATTRIBUTE_STRIDE + offset];
+    let second = vertex_attributes[corner_vertices[triangle * 3u + 1u] * ATTRIBUTE_STRIDE + offset];
+    let third = vertex_attributes[corner_vertices[triangle * 3u + 2u] * ATTRIBUTE_STRIDE + offset];
+    return first + b.y * (second - first) + b.z * (third - first);
 }
 
 fn attribute2(triangle: u32, b: vec3f, offset: u32) -> vec2f {

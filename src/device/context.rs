@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
+use super::pipelines::Pipelines;
 use crate::device::DeviceError;
 
 /// Which adapter to take.
@@ -48,6 +49,7 @@ pub struct Context {
     /// Bytes that its buffers may take together, as far as that is known: of a software device what the machine had left
     /// when it was opened.
     pub memory: Option<u64>,
+    pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
 }
 
@@ -142,6 +144,7 @@ impl Context {
             info,
             timestamps,
             memory,
+            pipelines: Pipelines::default(),
             interrupt: None,
         })
     }

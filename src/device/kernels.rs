@@ -6,18 +6,16 @@ use std::time::{Duration, Instant};
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::features::Features;
+use super::pipelines::Pipeline;
 use super::shader::{Stitched, stitch};
 use crate::device::DeviceError;
 
 /// A compiled kernel.
 pub struct Kernel {
     pub name: String,
-    pipeline: wgpu::ComputePipeline,
-    /// Group, binding and name of every buffer the entry point uses.
-    slots: Vec<(u32, u32, String)>,
-    /// Invocations a workgroup.
-    pub workgroup: u32,
-    /// Time to parse, validate and create the pipeline (the driver may compile at the first dispatch).
+    pipeline: Pipeline,
+    /// Time to parse, validate and create the pipeline (the driver may compile at the first dispatch); next to none where
+    /// the device has it already.
     pub compile_time: Duration,
 }
 
@@ -55,50 +53,24 @@ impl Kernel {
         constants: &[(&str, f64)],
     ) -> Result<Self, DeviceError> {
         let start = Instant::now();
-        let (module, info) = stitched.validate()?;
-        let entry = module.entry_points.first().ok_or_else(|| DeviceError::Shader {
-            location: format!("shaders/{name}.wgsl"),
-            message: "no entry point".into(),
-        })?;
-        let uses = info.get_entry_point(0);
-        let slots: Vec<(u32, u32, String)> = module
-            .global_variables
-            .iter()
-            .filter(|(handle, _)| !uses[*handle].is_empty())
-            .filter_map(|(_, variable)| {
-                let binding = variable.binding?;
-                Some((binding.group, binding.binding, variable.name.clone().unwrap_or_default()))
-            })
-            .collect();
-        // Constants a kernel does not declare are those of its siblings.
-        let declared: BTreeSet<&str> =
-            module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
-        let constants: Vec<(&str, f64)> =
-            constants.iter().copied().filter(|(name, _)| declared.contains(name)).collect();
+        // Constants that it does not name are those of its siblings.
+        let named = constants.iter().filter(|(name, _)| stitched.code.contains(name));
+        let bits = named.map(|&(name, value)| (name.to_string(), value.to_bits())).collect();
+        let key = (stitched.code.clone(), bits);
+        let pipeline = match context.pipelines.get(&key) {
+            Some(pipeline) => pipeline,
+            None => {
+                let pipeline = compile(context, name, stitched, constants)?;
+                context.pipelines.keep(key, pipeline.clone());
+                pipeline
+            }
+        };
+        Ok(Self { name: name.into(), pipeline, compile_time: start.elapsed() })
+    }
 
-        let scope = context.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = context.create_shader_module(name, &stitched.code);
-        let pipeline = context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: None,
-            module: &module,
-            entry_point: Some(&entry.name),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &constants,
-                zero_initialize_workgroup_memory: false,
-            },
-            cache: None,
-        });
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(DeviceError::Pipeline { kernel: name.into(), message: error.to_string() });
-        }
-        Ok(Self {
-            name: name.into(),
-            pipeline,
-            slots,
-            workgroup: entry.workgroup_size[0],
-            compile_time: start.elapsed(),
-        })
+    /// Invocations a workgroup.
+    pub fn workgroup(&self) -> u32 {
+        self.pipeline.workgroup
     }
 
     /// Binds the buffers that the kernel names.
@@ -106,29 +78,76 @@ impl Kernel {
     /// # Errors
     /// [`DeviceError::MissingBuffer`] when `buffers` lacks one.
     pub fn bind(&self, context: &Context, buffers: &BufferTable) -> Result<Bound, DeviceError> {
-        let group_indices: BTreeSet<u32> = self.slots.iter().map(|slot| slot.0).collect();
+        let group_indices: BTreeSet<u32> = self.pipeline.slots.iter().map(|slot| slot.0).collect();
         let mut groups = Vec::new();
         for group in group_indices {
             let mut entries = Vec::new();
-            for (_, binding, name) in self.slots.iter().filter(|slot| slot.0 == group) {
+            for (_, binding, name) in self.pipeline.slots.iter().filter(|slot| slot.0 == group) {
                 let buffer = buffers.get(name)?;
                 entries
                     .push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
             }
             let bind_group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(&self.name),
-                layout: &self.pipeline.get_bind_group_layout(group),
+                layout: &self.pipeline.compute.get_bind_group_layout(group),
                 entries: &entries,
             });
             groups.push((group, bind_group));
         }
         Ok(Bound {
             name: self.name.clone(),
-            pipeline: self.pipeline.clone(),
+            pipeline: self.pipeline.compute.clone(),
             groups,
-            workgroup: self.workgroup,
+            workgroup: self.pipeline.workgroup,
         })
     }
+}
+
+/// Compiles what the device does not have yet.
+fn compile(
+    context: &Context,
+    name: &str,
+    stitched: &Stitched,
+    constants: &[(&str, f64)],
+) -> Result<Pipeline, DeviceError> {
+    let (module, info) = stitched.validate()?;
+    let entry = module.entry_points.first().ok_or_else(|| DeviceError::Shader {
+        location: format!("shaders/{name}.wgsl"),
+        message: "no entry point".into(),
+    })?;
+    let uses = info.get_entry_point(0);
+    let slots: Vec<(u32, u32, String)> = module
+        .global_variables
+        .iter()
+        .filter(|(handle, _)| !uses[*handle].is_empty())
+        .filter_map(|(_, variable)| {
+            let binding = variable.binding?;
+            Some((binding.group, binding.binding, variable.name.clone().unwrap_or_default()))
+        })
+        .collect();
+    // Constants a kernel does not declare are those of its siblings.
+    let declared: BTreeSet<&str> =
+        module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
+    let constants: Vec<(&str, f64)> =
+        constants.iter().copied().filter(|(name, _)| declared.contains(name)).collect();
+
+    let scope = context.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let module = context.create_shader_module(name, &stitched.code);
+    let compute = context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(name),
+        layout: None,
+        module: &module,
+        entry_point: Some(&entry.name),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &constants,
+            zero_initialize_workgroup_memory: false,
+        },
+        cache: None,
+    });
+    if let Some(error) = pollster::block_on(scope.pop()) {
+        return Err(DeviceError::Pipeline { kernel: name.into(), message: error.to_string() });
+    }
+    Ok(Pipeline { compute, slots, workgroup: entry.workgroup_size[0] })
 }
 
 impl Bound {

@@ -10,6 +10,7 @@ pub mod scene;
 pub mod shader;
 pub mod timing;
 
+mod pipelines;
 mod probe;
 
 pub use buffer::BufferTable;

@@ -200,17 +200,22 @@ impl EqualAreaMap {
     }
 }
 
-/// Samples along an edge of the map's texel with this centre: eight in each texel of the picture, which keeps the
-/// energy of a lone bright texel within 0.2 %, or four (0.4 %) in large maps, where eight take seconds; more near the
-/// poles, where the picture's texels are wedges, though no more than what [`widen_polar_texels`] leaves to do.
+/// Samples along an edge of the map's texel with this centre: eight along each texel of the picture, which keeps the
+/// energy of a lone bright texel within 0.2 %, or four (0.4 %) in large maps, where eight take seconds; at least a quarter
+/// of that in a texel of the map, however little of the picture is in it; more near the poles, where the picture's texels are wedges, though no more than what [`widen_polar_texels`] leaves to do.
 fn samples_along_edge(environment: &Environment, edge: f64, centre: DVec2) -> u32 {
     let (_, r) = square_to_azimuth(centre);
     let sin_polar = r.abs() * (2.0 - r * r).sqrt();
     let column = TAU / f64::from(environment.width);
     let finest = (PI / f64::from(environment.height)).min(column);
-    let wedges = (edge / (column * sin_polar)).clamp(1.0, 16.0);
+    let wedges = edge / (column * sin_polar);
     let base = if edge < SMALL_EDGE { 4.0 } else { 8.0 };
-    (base * wedges.sqrt() * (edge / finest).max(1.0)).ceil() as u32
+    let texels = if wedges > 1.0 {
+        wedges.min(16.0).sqrt() * (edge / finest).max(1.0)
+    } else {
+        (edge / finest).max(wedges).max(0.25)
+    };
+    (base * texels).ceil() as u32
 }
 
 /// The picture with the rows near the poles averaged along the row, as wide as a quarter of a texel of the map: there

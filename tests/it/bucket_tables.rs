@@ -87,7 +87,7 @@ fn sort(lanes: &[Feature]) -> Sorted {
         let invocations = match name {
             "bucket_counts" | "bucket_order" => RUNS as u32,
             "bucket_scan" => 1,
-            _ => SUBSPACES as u32 * kernel.workgroup,
+            _ => SUBSPACES as u32 * kernel.workgroup(),
         };
         let bound = kernel.bind(context, &buffers).expect("all buffers");
         let mut encoder = context.device.create_command_encoder(&Default::default());

@@ -10,6 +10,7 @@ mod bsdf;
 mod bsdf_f64;
 mod bucket_tables;
 mod builtin;
+mod cases;
 mod closed_forms;
 mod coincident;
 mod command;

@@ -27,7 +27,7 @@ fn switch(features: &mut SceneFeatures, feature: Feature) -> &mut bool {
 }
 
 /// Kernels for everything there is.
-fn everything() -> SceneFeatures {
+pub fn everything() -> SceneFeatures {
     let mut features = SceneFeatures::default();
     for feature in Feature::of_scenes() {
         *switch(&mut features, feature) = feature != Feature::LambertOnly;

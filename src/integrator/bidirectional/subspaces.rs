@@ -102,7 +102,7 @@ impl Subspaces {
     /// A buffer that is missing.
     pub fn bind(&mut self, context: &Context, wavefront: &mut Wavefront) -> Result<(), DeviceError> {
         self.labels = Some(wavefront.bind_pair(context, &self.label_kernel)?);
-        let table_invocations = wavefront.subspaces * self.tables.workgroup;
+        let table_invocations = wavefront.subspaces * self.tables.workgroup();
         self.sort =
             [(&self.counts, RUNS), (&self.scan, 1), (&self.order, RUNS), (&self.tables, table_invocations)]
                 .into_iter()
