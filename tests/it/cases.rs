@@ -74,7 +74,7 @@ impl Case {
             faults.push(format!("warns of {warnings:?}"));
         }
         // Kernels for everything: compiled once for all of the table. That kernels of less show the same, s01 proves.
-        let options = RenderOptions { camera, features: Some(everything()), ..options([33, 33], 16) };
+        let options = RenderOptions { camera, features: Some(everything()), ..options([33, 33], 32) };
         let mut renderer = Renderer::new(gpu::context(), &scene, options).unwrap();
         renderer.run(|_| false).unwrap();
         let shot = Shot { picture: renderer.picture().unwrap(), report: renderer.report().unwrap() };

@@ -58,6 +58,27 @@ fn a_faulty_mesh_is_left_out() {
     assert_eq!(triangle_counts(&nowhere.tolerated("nodes[1]")), [1]);
 }
 
+/// One of several buffers that is missing or cut short costs what is in it.
+#[test]
+fn a_missing_buffer_costs_what_is_in_it() {
+    for buffer in [
+        json!({"byteLength": 36, "uri": "not-there.bin"}),
+        json!({"byteLength": 36, "uri": "http://example.com/a.bin"}),
+        json!({"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAA"}),
+    ] {
+        let file = two_meshes(|file| {
+            let whole: Value = serde_json::from_slice(&file.gltf()).unwrap();
+            file.json["buffers"] = whole["buffers"].clone();
+            file.push("buffers", buffer);
+            let view = file.push("bufferViews", json!({"buffer": 1, "byteLength": 36}));
+            let lost = json!({"bufferView": view, "componentType": F32, "type": "VEC3", "count": 3});
+            let lost = file.push("accessors", lost);
+            primitive(file)["attributes"]["POSITION"] = json!(lost);
+        });
+        assert_eq!(triangle_counts(&file.tolerated("meshes[1].primitives[0]")), [1]);
+    }
+}
+
 /// However often a mesh is shown or posed, what is wrong with it is said once.
 #[test]
 fn a_fault_is_said_once() {

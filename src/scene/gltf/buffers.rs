@@ -19,8 +19,9 @@ use crate::scene::SceneError;
 #[derive(Debug)]
 pub struct Buffers<'a> {
     document: &'a Document,
-    /// `None`: a buffer without bytes of its own (the placeholder of a compression extension).
-    data: Vec<Option<Cow<'a, [u8]>>>,
+    /// Of each buffer its bytes, or what is wrong with them. `None`: a buffer without bytes of its own (the placeholder of a
+    /// compression extension).
+    data: Vec<Option<Result<Cow<'a, [u8]>, String>>>,
     /// Of each buffer view that is compressed, once it is asked for: its bytes, or what is wrong with them.
     #[cfg(feature = "compressed")]
     decompressed: Vec<OnceLock<Result<Vec<u8>, String>>>,
@@ -35,10 +36,11 @@ pub struct View<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Loads every buffer; `bin` is the binary chunk of a GLB and belongs to buffer 0 when that has no URI.
+    /// Loads every buffer; `bin` is the binary chunk of a GLB and belongs to buffer 0 when that has no URI. One that
+    /// cannot be loaded costs what is in it, as long as there is another.
     ///
     /// # Errors
-    /// Those of [`uri::fetch`], and a buffer shorter than its `byteLength`.
+    /// Those of [`uri::fetch`], and a buffer shorter than its `byteLength`, where no buffer is left.
     pub fn load(
         document: &'a Document,
         bin: Option<&'a [u8]>,
@@ -47,31 +49,34 @@ impl<'a> Buffers<'a> {
     ) -> Result<Self, SceneError> {
         let mut data = Vec::with_capacity(document.buffers.len());
         let mut total = 0_u64;
+        let mut first_error = None;
         for (index, buffer) in document.buffers.iter().enumerate() {
             let bytes = match (&buffer.uri, bin) {
-                (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, base_dir, options)?)),
-                (None, Some(bin)) if index == 0 => Some(Cow::Borrowed(bin)),
+                (Some(uri), _) => Some(uri::fetch(uri, base_dir, options).map(Cow::Owned)),
+                (None, Some(bin)) if index == 0 => Some(Ok(Cow::Borrowed(bin))),
                 (None, _) => None,
             };
-            if let Some(bytes) = &bytes {
-                if (bytes.len() as u64) < buffer.byte_length.0 {
-                    return Err(SceneError::invalid(
-                        format!("buffers[{index}]"),
-                        "BUFFER_BYTE_LENGTH_MISMATCH",
-                        format!(
-                            "byteLength is {}, but there are {} bytes",
-                            buffer.byte_length.0,
-                            bytes.len()
-                        ),
-                    ));
-                }
-                total = total.saturating_add(bytes.len() as u64);
-            }
+            let whole = bytes.map(|bytes| bytes.and_then(|bytes| check_length(buffer, index, bytes)));
+            total = total.saturating_add(
+                whole
+                    .as_ref()
+                    .map_or(0, |bytes| bytes.as_ref().map_or(0, |bytes: &Cow<'_, [u8]>| bytes.len() as u64)),
+            );
             let limit = options.limits.file_bytes;
             if total > limit {
                 return Err(SceneError::Limit { what: "bytes in its buffers", count: total, limit });
             }
-            data.push(bytes);
+            data.push(whole.map(|bytes| {
+                bytes.map_err(|error| {
+                    let text = error.to_string();
+                    first_error.get_or_insert(error);
+                    text
+                })
+            }));
+        }
+        let any_left = data.iter().flatten().any(Result::is_ok);
+        if let Some(error) = first_error.filter(|_| !any_left) {
+            return Err(error);
         }
         Ok(Self {
             document,
@@ -142,13 +147,19 @@ impl<'a> Buffers<'a> {
         length: u64,
         place: &str,
     ) -> Result<&[u8], SceneError> {
-        let data = at(&self.data, buffer, place)?.as_deref().ok_or_else(|| {
-            SceneError::invalid(
-                format!("buffers[{}]", buffer.value()),
-                "BUFFER_MISSING_DATA",
-                "there is neither a uri nor a binary chunk for it",
-            )
-        })?;
+        let data = match at(&self.data, buffer, place)? {
+            Some(Ok(data)) => data,
+            missing => {
+                return Err(SceneError::invalid(
+                    format!("buffers[{}]", buffer.value()),
+                    "BUFFER_MISSING_DATA",
+                    match missing {
+                        Some(Err(error)) => error.as_str(),
+                        _ => "there is neither a uri nor a binary chunk for it",
+                    },
+                ));
+            }
+        };
         let end = offset.checked_add(length).filter(|end| *end <= data.len() as u64);
         end.map(|end| &data[offset as usize..end as usize]).ok_or_else(|| {
             SceneError::invalid(
@@ -162,4 +173,20 @@ impl<'a> Buffers<'a> {
             )
         })
     }
+}
+
+/// The bytes of a buffer, if they are all there.
+fn check_length<'a>(
+    buffer: &json::Buffer,
+    index: usize,
+    bytes: Cow<'a, [u8]>,
+) -> Result<Cow<'a, [u8]>, SceneError> {
+    if bytes.len() as u64 >= buffer.byte_length.0 {
+        return Ok(bytes);
+    }
+    Err(SceneError::invalid(
+        format!("buffers[{index}]"),
+        "BUFFER_BYTE_LENGTH_MISMATCH",
+        format!("byteLength is {}, but there are {} bytes", buffer.byte_length.0, bytes.len()),
+    ))
 }
