@@ -55,7 +55,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (materials[eye_point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    let selection = select_light_vertex(index, ray.path, depth, counts.connection_round * CONNECTIONS_IN_FLIGHT + slot);
+    let number = counts.connection_round * CONNECTIONS_IN_FLIGHT + slot;
+    let selection = select_light_vertex(index, ray.path, depth, number, eye_point.material);
     if selection.vertex == NO_VERTEX {
         return;
     }

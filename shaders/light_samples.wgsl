@@ -3,6 +3,7 @@
 #import bind/light_cache
 #import lib/light
 #import lib/subspaces
+#import lib/thinning
 
 // The light cache as the host learns from it.
 
@@ -21,7 +22,8 @@ struct LightFeature {
     pdf_back: f32,
     /// 1 for a point on a light that eye paths may hit.
     can_be_hit: u32,
-    pad: u32,
+    /// Of a vertex on a surface: lib/thinning.
+    thinning: f32,
 }
 
 @group(3) @binding(15) var<storage, read_write> light_features: array<LightFeature>;
@@ -48,6 +50,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let point = surface_point(index_of(vertex), vertex.b1, vertex.b2);
         feature.position = point.position;
         feature.normal = label_normal(point, vertex.world_from);
+        feature.thinning = thinning_at(point.material);
     }
     feature.can_be_hit = select(0u, 1u, kind == LIGHT_TRIANGLE + 1u || kind == LIGHT_ENVIRONMENT + 1u);
     switch kind {

@@ -7,7 +7,7 @@ struct TrainingVertex {
     /// As the classification sees it (lib/subspaces).
     normal: vec3f,
     /// Depth in the low 16 bits; above them 1 for a delta vertex.
-    depth_delta: u32,
+    depth_thinning: u32,
     /// Unit direction to x_{i-1}.
     direction: vec3f,
     /// pE(i)

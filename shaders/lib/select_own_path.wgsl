@@ -3,8 +3,9 @@
 
 // Every vertex of the light path that was traced for the eye path, once.
 
-/// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
-fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+/// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex, which lies on
+/// `material`.
+fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32, material: u32) -> Selection {
     let first = light_path_offsets[path];
     if first + number >= light_path_offsets[path + 1u] {
         return Selection(NO_VERTEX, 0.0);

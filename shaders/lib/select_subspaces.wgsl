@@ -21,15 +21,19 @@ fn draw_column(first: u32, word: u32) -> u32 {
     return column;
 }
 
-/// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex.
-fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Selection {
+/// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex, which lies on
+/// `material`.
+fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32, material: u32) -> Selection {
     if number >= connections_at(depth) {
         return Selection(NO_VERTEX, 0.0);
     }
     let eye_label = eye_labels[index].x;
     let words = path_words(path, bounce_dimension(depth, DIMENSION_LIGHT));
+    let count = connections_drawn(depth, material, pcg4d(vec4u(words.yzw, 0xffffffffu)).x);
+    if number >= count {
+        return Selection(NO_VERTEX, 0.0);
+    }
     // Units that the draws are apart. What is left over, N units of 2^32 at most, is never drawn.
-    let count = connections_at(depth);
     let step = 0xffffffffu / count;
     let light_label = draw_column(eye_label * batch.subspaces, number * step + mul_high(words.x, step));
     let range = bucket_range(light_label);
@@ -40,7 +44,7 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32) -> Select
     let n = range.y - range.x;
     let item = bucket_items[draw_from_bucket(range, pcg4d(vec4u(words.yzw, number)).xy)];
     let table_units = n << slot_bits(n);
-    let expected = f32(batch.light_path_count) * f32(count)
+    let expected = f32(batch.light_path_count) * connections_expected(depth, material)
         * gamma_pdf[eye_label * batch.subspaces + light_label];
     return Selection(item.x, f32(table_units) / f32(item.y) / expected);
 }

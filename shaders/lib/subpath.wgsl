@@ -7,6 +7,7 @@
 #import lib/mis
 #import lib/roulette
 #import lib/shading
+#import lib/thinning
 #if light_guide
 #import lib/subspaces
 #endif
@@ -54,15 +55,25 @@ fn path_vertex(
     );
 }
 
+/// What the density of connections to an eye path's vertex of that depth is times: they come from the one before it.
+fn eye_scale(depth: u32, previous: SubPath) -> f32 {
+    return density_scale(depth - 1u) * thinning_before(previous.flags);
+}
+
+/// The same of a light path's vertex: connections go from it to the one before it.
+fn light_scale(point: SurfacePoint) -> f32 {
+    return density_scale(DEEP) * thinning_at(point.material);
+}
+
 /// The same of an eye path's ray: connections to this vertex come from the one before it.
 fn eye_path_vertex(point: SurfacePoint, ray: PathRay, previous: SubPath) -> PathVertex {
     let depth = ray.depth_medium & 0xffffu;
-    return path_vertex(point, ray.direction, ray.pdf_solid, previous, density_scale(depth - 1u));
+    return path_vertex(point, ray.direction, ray.pdf_solid, previous, eye_scale(depth, previous));
 }
 
 /// The same of a light path's ray.
 fn light_path_vertex(point: SurfacePoint, ray: PathRay, previous: SubPath) -> PathVertex {
-    return path_vertex(point, ray.direction, ray.pdf_solid, previous, density_scale(DEEP));
+    return path_vertex(point, ray.direction, ray.pdf_solid, previous, light_scale(point));
 }
 
 /// c of lib/mis between the vertex that `flags` describes and the one after it, if that is no delta vertex. (Of
@@ -105,7 +116,7 @@ fn next_sub_path(
         point.position,
         vertex_step(vertex, pdf_back_solid, is_delta),
         point.world_ng,
-        select(0u, SUBPATH_DELTA, is_delta),
+        select(0u, SUBPATH_DELTA, is_delta) | thinning_flags(point.material),
     );
 }
 

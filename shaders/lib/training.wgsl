@@ -3,6 +3,7 @@
 #import lib/color
 #import lib/subpath
 #import lib/subspaces
+#import lib/thinning
 
 // Writing down the paths that the host learns from.
 
@@ -51,7 +52,7 @@ fn write_vertex(
             point.position,
             path,
             label_normal(point, vertex.world_from),
-            depth | select(0u, 1u << 16u, is_delta),
+            depth | select(thinning_units(point.material) << 16u, 0u, is_delta),
             vertex.world_from,
             vertex.pdf_area,
             f,

@@ -6,6 +6,7 @@
 #import lib/light
 #import lib/mis
 #import lib/subpath
+#import lib/thinning
 
 // Weights where the density of a connection is the same for all pairs of vertices: `SubPath` carries all that is needed,
 // and what lib/weights_subspaces carries beside it is nothing here.
@@ -79,7 +80,7 @@ fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
     f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
-    let edge = density_scale(partials);
+    let edge = density_scale(partials) * thinning_at(eye_point.material);
     let density = edge + eye_step * pdf_eye + light_step * pdf_light;
     return ConnectionWeight(edge / density, density);
 }
@@ -104,7 +105,8 @@ fn environment_weight(previous: SubPath, partials: EyePartials, direction: vec3f
     }
     let pdf_previous = abs(dot(direction, previous.normal)) * disk_pdf_area();
     let pdf_light = environment_pdf_solid(direction);
-    let edge = edge_density(previous.flags, density_scale(partials - 1u));
+    let scale = density_scale(partials - 1u) * thinning_before(previous.flags);
+    let edge = edge_density(previous.flags, scale);
     return hit_weight(batch.hit_scale, edge, previous.ratio, pdf_previous, pdf_light, pdf_solid);
 }
 #endif

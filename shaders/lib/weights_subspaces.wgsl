@@ -10,6 +10,7 @@
 #import lib/mis
 #import lib/subpath
 #import lib/subspaces
+#import lib/thinning
 
 // Weights where connections are chosen by subspaces: an eye vertex z of eye subspace e is connected to a light vertex y
 // of light subspace l with density Gamma[e][l] |w_y| / Q[l] over that of its light sub-path. In the terms of lib/mis
@@ -20,7 +21,7 @@
 //
 //   A(z_k) = (A(z_{k-1}) f(z_{k-1}) G(z_{k-1}, z_{k-2}) + S Gamma / Q (z_{k-2}, z_{k-1})) / pE(z_{k-1})
 //
-// where S is the scale of the eye vertex's depth (lib/connections), and the densities of all connections nearer to the eye than (z, y) are |w_y f(y) G(y, z) A|, continued to z.
+// where S is the scale of the eye vertex's depth (lib/connections) times its thinning (lib/thinning), and the densities of all connections nearer to the eye than (z, y) are |w_y f(y) G(y, z) A|, continued to z.
 // Su, Li, Wang 2022.
 
 /// What weights need of an eye vertex: what its ray carries, and its own subspaces (`eye_labels`).
@@ -49,7 +50,8 @@ fn eye_edge(flags: u32, partials: EyePartials, light_label: u32) -> f32 {
     if (flags & (SUBPATH_DELTA | SUBPATH_CAMERA)) != 0u {
         return 0.0;
     }
-    return density_scale(partials.depth - 1u) * gamma_over_q(partials.mis.label, light_label);
+    let scale = density_scale(partials.depth - 1u) * thinning_before(flags);
+    return scale * gamma_over_q(partials.mis.label, light_label);
 }
 
 /// Light subspace of an eye path's vertex to which light comes from `world_to`. `known`: what it is where directions do
@@ -94,7 +96,7 @@ fn light_edge(point: SurfacePoint, world_to: vec3f, w_over_q: f32, column: u32) 
         return 0.0;
     }
     let row = vertex_label(TREE_EYE, point, world_to);
-    return density_scale(DEEP) * gamma_pdf[row * batch.subspaces + column] * w_over_q;
+    return density_scale(DEEP) * thinning_at(point.material) * gamma_pdf[row * batch.subspaces + column] * w_over_q;
 }
 
 /// The same for the vertex that a light path has just reached, as far as it is known before the direction on is.
@@ -164,8 +166,8 @@ fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
     f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
-    let edge = density_scale(partials.depth) * gamma_over_q(partials.labels.x, label_of(light_vertex))
-        * arriving(light_vertex);
+    let scale = density_scale(partials.depth) * thinning_at(eye_point.material);
+    let edge = scale * gamma_over_q(partials.labels.x, label_of(light_vertex)) * arriving(light_vertex);
     let beyond = eye_mis_of_bounce(eye_point, eye_vertex, partials, direction, f_eye, false);
     let nearer = magnitude(arriving_light * beyond.a);
     let density = edge + nearer + eye_step * pdf_eye + light_step * pdf_light;

@@ -13,7 +13,7 @@ use crate::render::RenderOptions;
 use crate::training::Training;
 
 /// Of keys. Raise it where a default, or the meaning of a setting, changes: stored renders are then made again.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// What a render's figures depend on. Settings are as text: numbers need not survive a file to the last digit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -235,7 +235,7 @@ mod tests {
     /// A default is in no key: where one of these fails, raise [`VERSION`], and put the new default here.
     #[test]
     fn defaults_are_those_of_the_version() {
-        assert_eq!(VERSION, 2);
+        assert_eq!(VERSION, 3);
         let mut defaults = leaves("training", &serde_json::to_value(Training::default()).expect("JSON"));
         for method in METHODS {
             let value = serde_json::to_value(method.default_method()).expect("JSON");
@@ -261,7 +261,7 @@ mod tests {
         for (method, counts, shares) in
             [("lvcbpt", "[3,3,3]", "[1.0,1.0,1.0,1.0]"), ("spcbpt", "[9,2,1]", "[3.0,2.0,1.0,4.0]")]
         {
-            for (field, text) in [("counts", counts), ("shares", shares)] {
+            for (field, text) in [("counts", counts), ("shares", shares), ("thinning", "true")] {
                 let name = format!("{method}.connections.{field}");
                 assert_eq!(defaults.get(&name).map(String::as_str), Some(text), "{name}");
             }

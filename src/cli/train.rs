@@ -57,8 +57,8 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     progress::install_interrupt();
     let context = progress::interruptible(&args.picture.device.open(quiet)?);
     let picture = args.picture.options(&scene, camera);
-    let ConnectionArgs { connections, shares } = args.connections;
-    let given = Given { connections, shares, ..Given::default() };
+    let ConnectionArgs { connections, shares, no_thinning } = args.connections;
+    let given = Given { connections, shares, no_thinning, ..Given::default() };
     let options = RenderOptions {
         view: View { seed: args.seed.seed, ..picture.view },
         method: (SPCBPT.make)(&given),

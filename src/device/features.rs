@@ -91,6 +91,7 @@ features! {
         Splats splats, [], "the film adds what light paths brought to its pixels";
         Subspaces subspaces, [Bidirectional], "vertices are classified, connections drawn by subspace";
         SubspaceDirections subspace_directions, [Subspaces], "directions count in the classification";
+        Thinning thinning, [Bidirectional], "eye vertices of narrow lobes make fewer connections";
         Learns learns, [Subspaces], "paths are written down in place of being shown";
         LambertVertices lambert_vertices, [LambertOnly, Bidirectional], "light vertices of 48 bytes in place of 64";
         // From the method, for single kernels.

@@ -203,7 +203,8 @@ device_struct! {
         pub position: [f32; 3],
         pub path: u32,
         pub normal: [f32; 3],
-        pub depth_delta: u32,
+        /// Number of the vertex in the low 16 bits; above them its thinning in units, 0 of a delta vertex.
+        pub depth_thinning: u32,
         pub direction: [f32; 3],
         pub pdf_area: f32,
         pub f: [f32; 3],
@@ -244,7 +245,8 @@ device_struct! {
         pub pdf_area: f32,
         pub pdf_back: f32,
         pub can_be_hit: u32,
-        pub pad: u32,
+        /// Of a vertex on a surface.
+        pub thinning: f32,
     }
 }
 
@@ -320,6 +322,9 @@ device_struct! {
     }
 }
 
+/// Where a material's flags, and a sub-path's, have the thinning of connections, in whole units: `shaders/lib/thinning.wgsl`.
+pub const THINNING_SHIFT: u32 = 8;
+pub const THINNING_UNITS: u32 = 256;
 pub const MATERIAL_DELTA: u32 = 1;
 pub const MATERIAL_VOLUME: u32 = 2;
 pub const MATERIAL_DOUBLE_SIDED: u32 = 4;

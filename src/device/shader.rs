@@ -89,6 +89,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/subspaces",
     "lib/surface",
     "lib/texture",
+    "lib/thinning",
     "lib/training",
     "lib/traverse",
     "lib/tree",

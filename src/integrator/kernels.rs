@@ -20,6 +20,10 @@ pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
         forms.push(base.with(&[Feature::Subspaces]));
         forms.push(base.with(&[Feature::SubspaceDirections]));
     }
+    if plan.thins() && !scene.contains(Feature::LambertOnly) && !scene.contains(Feature::PunctualLights) {
+        let thinned: Vec<Features> = forms.iter().map(|form| form.with(&[Feature::Thinning])).collect();
+        forms.extend(thinned);
+    }
     let lambert =
         |form: &Features| form.contains(Feature::LambertOnly) && !form.contains(Feature::SubspaceDirections);
     let lambert: Vec<Features> = forms

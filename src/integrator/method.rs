@@ -61,6 +61,8 @@ pub struct Given {
     pub connections: Option<[u32; 3]>,
     /// [`Connections::shares`]
     pub shares: Option<[f32; 4]>,
+    /// [`Connections::thinning`] is off.
+    pub no_thinning: bool,
     pub light_tracing: bool,
 }
 
@@ -69,6 +71,7 @@ impl Given {
         Connections {
             counts: self.connections.unwrap_or(default.counts),
             shares: self.shares.unwrap_or(default.shares),
+            thinning: default.thinning && !self.no_thinning,
         }
     }
 }

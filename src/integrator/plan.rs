@@ -151,6 +151,12 @@ impl Plan {
         self.weights == Weights::Subspaces
     }
 
+    /// Vertices of narrow lobes make a part of their connections only. Where each is connected to all of a light path, all
+    /// are made.
+    pub fn thins(&self) -> bool {
+        self.shares_cache() && self.connections.thinning
+    }
+
     /// Finds paths in more than one way, each of which can be shown alone.
     pub fn has_strategies(&self) -> bool {
         self.selector.is_some()

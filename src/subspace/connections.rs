@@ -17,12 +17,14 @@ pub struct Connections {
     pub counts: [u32; 3],
     /// Factors on the densities of what these find, in weights only; the last is that of light which is hit. Positive.
     pub shares: [f32; 4],
+    /// Vertices of narrow lobes make a part of them only: `shaders/lib/thinning.wgsl`.
+    pub thinning: bool,
 }
 
 impl Connections {
     /// As many everywhere, as the balance heuristic weighs them.
     pub const fn even(count: u32) -> Self {
-        Self { counts: [count; 3], shares: [1.0; 4] }
+        Self { counts: [count; 3], shares: [1.0; 4], thinning: true }
     }
 
     /// Connections in flight at once.

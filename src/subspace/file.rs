@@ -21,7 +21,7 @@ use crate::subspace::SubspaceError;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// Magic, version, scene hash, length; the checksum follows.
 const HEADER: usize = 28;
 
@@ -140,6 +140,7 @@ fn encode(model: &Model) -> Vec<u8> {
     out.u32s(&[s.optimiser as u32, s.max_steps]);
     out.u32s(&model.connections.counts);
     out.u32s(&model.connections.shares.map(f32::to_bits));
+    out.u32s(&[u32::from(model.connections.thinning)]);
     out.u64(model.seed);
     out.u32(model.subspaces);
     for tree in [&model.eye_tree, &model.light_tree] {
@@ -250,7 +251,7 @@ fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
     let max_steps = from.u32()?;
     let counts = [from.u32()?, from.u32()?, from.u32()?];
     let shares = [from.f32()?, from.f32()?, from.f32()?, from.f32()?];
-    let connections = Connections { counts, shares };
+    let connections = Connections { counts, shares, thinning: from.u32()? != 0 };
     let seed = from.u64()?;
     let settings = Settings {
         subspaces,

@@ -27,12 +27,12 @@ pub(super) fn train(
     mut go_on: impl FnMut(TrainingProgress) -> Result<(), TrainingError>,
 ) -> Result<TrainingResult, TrainingError> {
     let TrainingTask { context, scene, camera, settings, .. } = task;
+    let connections = task.connections();
     let method = Method::LvcBpt(LvcBpt {
         light_paths: Some(PATHS_A_BATCH),
-        connections: Connections::even(1),
+        connections: Connections { thinning: connections.thinning, ..Connections::even(1) },
         light_tracing: false,
     });
-    let connections = task.connections();
     let settings = Settings { method, ..*settings };
     let mut bidirectional =
         Bidirectional::new(context, scene.clone(), camera, settings, None, Purpose::LightVertices)?;

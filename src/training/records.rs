@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::device::layout::{Batch, LightFeature, TrainingEnd, TrainingVertex};
+use crate::device::layout::{Batch, LightFeature, THINNING_UNITS, TrainingEnd, TrainingVertex};
 use crate::device::{Context, DeviceError, Kernel};
 use crate::subspace::{Connections, Feature, LightEnd, LightSample, TrainingNode, TrainingPath, TrainingSet};
 
@@ -113,7 +113,7 @@ fn gather(
     }
     let mut vertices = vec![TrainingVertex::default(); records.len()];
     for vertex in records {
-        vertices[first_of[vertex.path as usize] + (vertex.depth_delta & 0xffff) as usize] = *vertex;
+        vertices[first_of[vertex.path as usize] + (vertex.depth_thinning & 0xffff) as usize] = *vertex;
     }
     let mut ends: Vec<TrainingEnd> = ends
         .into_iter()
@@ -164,7 +164,8 @@ fn eye_side(
     nodes: &mut Vec<TrainingNode>,
 ) {
     let color = |c: [f32; 3]| Vec3::from(c).as_dvec3();
-    let is_delta = |vertex: &TrainingVertex| vertex.depth_delta >> 16 != 0;
+    let is_delta = |vertex: &TrainingVertex| vertex.depth_thinning >> 16 == 0;
+    let thinning = |vertex: &TrainingVertex| (vertex.depth_thinning >> 16) as f32 / THINNING_UNITS as f32;
     let sampled = end.depth_sampled >> 16 != 0;
     // f_y of the light sub-path that ends at x_{j+1}, times PE(j) over p; from the light to the eye.
     let mut arriving = color(end.emitted);
@@ -184,7 +185,11 @@ fn eye_side(
             eye: feature(vertex),
             light,
             towards: towards_light(vertices, j, end),
-            mass: if connects { arriving.element_sum() as f32 * connections.scale_at(j) } else { 0.0 },
+            mass: if connects {
+                arriving.element_sum() as f32 * connections.scale_at(j) * thinning(vertex)
+            } else {
+                0.0
+            },
         });
         // x_{j+1} scatters the light on to x_j.
         let (f, geometry) = match next {
@@ -220,7 +225,8 @@ fn light_side(
         depth += 1;
         // A delta vertex has no weight.
         let connects = vertex.weight > 0.0 && before.weight > 0.0;
-        let mass = (ratio * inv_density * f64::from(before.weight)) as f32 * connections.scale_at(depth);
+        let scale = connections.scale_at(depth) * vertex.thinning;
+        let mass = (ratio * inv_density * f64::from(before.weight)) as f32 * scale;
         nodes.push(TrainingNode {
             eye: Feature { position, normal: vertex.normal.into(), direction },
             light: light_end(before),

@@ -2,7 +2,7 @@
 //! what only they can get wrong.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use glam::{DVec3, Vec3};
 use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, Strategy, View};
@@ -47,6 +47,15 @@ pub fn renders(
         picture.rgb.iter().map(|&rgb| Vec3::from(rgb).as_dvec3()).collect()
     });
     pictures.collect()
+}
+
+/// The Cornell box by path tracing, 16 pictures of 128 samples per pixel, which several tests compare with.
+pub fn cornell_by_path() -> &'static [Vec<DVec3>] {
+    static PICTURES: OnceLock<Vec<Vec<DVec3>>> = OnceLock::new();
+    PICTURES.get_or_init(|| {
+        let scene = builtin("cornell").expect("a built-in scene");
+        renders(&scene, &options(SIZE, 128), 100..116)
+    })
 }
 
 pub fn mean(picture: &[DVec3]) -> f64 {

@@ -3,7 +3,7 @@
 
 use glam::DVec4;
 use halfway::accel::Accel;
-use halfway::device::layout::{Batch, Camera, Light};
+use halfway::device::layout::{Batch, Camera, Light, Material, THINNING_SHIFT, THINNING_UNITS};
 use halfway::device::scene::DeviceScene;
 use halfway::device::shader::stitch_text;
 use halfway::device::{Feature, Kernel};
@@ -60,6 +60,8 @@ pub struct Bench<'a> {
     pub device: DeviceScene,
     pub lights: Vec<Light>,
     pub space: PathSpace<'a>,
+    /// Of each material, as the device has it.
+    thinning: Vec<f64>,
 }
 
 impl<'a> Bench<'a> {
@@ -108,7 +110,23 @@ impl<'a> Bench<'a> {
                 _ => space.picks.punctual[light.index as usize] = pdf_select,
             }
         }
-        Self { accel, device, lights, space }
+        let bytes = (scene.materials.len() * size_of::<Material>()) as u64;
+        let materials: Vec<Material> = bytemuck::pod_collect_to_vec(
+            &device.buffers.read(context, "materials", bytes).expect("materials"),
+        );
+        let thinning =
+            |material: &Material| f64::from(material.flags >> THINNING_SHIFT) / f64::from(THINNING_UNITS);
+        let thinning: Vec<f64> = materials.iter().map(thinning).collect();
+        // Lambert's law has all of its connections.
+        let all = thinning.iter().all(|&share| share == 1.0);
+        assert!(all || !SceneFeatures::of(scene).lambert_only, "{thinning:?}");
+        Self { accel, device, lights, space, thinning }
+    }
+
+    /// Share of its connections that x_i makes.
+    pub fn thinning(&self, path: &FullPath, i: usize) -> f64 {
+        let mesh = &self.space.world.scene.meshes[path.surfaces[i - 1].scene_triangle.0];
+        self.thinning[mesh.material as usize]
     }
 
     pub fn freeze(&self, path: &FullPath) -> Frozen {
@@ -228,7 +246,9 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
     for (form, light_paths) in forms(scene).iter().flat_map(|form| [(form, 0.0), (form, LIGHT_PATHS)]) {
         let found = bench.kernel_finds(&frozen, light_paths, form, None);
         let expected = |index: usize| {
-            let density = |i: usize, _: &FullPath| f64::from(density_scale(i, light_paths));
+            let density = |i: usize, path: &FullPath| {
+                f64::from(density_scale(i, light_paths)) * bench.thinning(path, i)
+            };
             let strategies =
                 bench.space.strategies(&paths[index], density, f64::from(HIT_SCALE), f64::from(light_paths));
             weights(&strategies)
@@ -242,7 +262,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
 pub fn forms(scene: &Scene) -> &'static [&'static [Feature]] {
     match SceneFeatures::of(scene).lambert_only {
         true => &[&[], &[Feature::LambertVertices]],
-        false => &[&[]],
+        false => &[&[Feature::Thinning]],
     }
 }
 

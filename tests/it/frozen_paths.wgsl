@@ -174,7 +174,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let point = point_at(path, i);
         points[path * 16u + 2u * (i - 1u)] = vec4f(point.position, 0.0);
         points[path * 16u + 2u * (i - 1u) + 1u] = vec4f(point.world_ng, 0.0);
-        var vertex = turned_vertex(point, direction, pdf_solid, previous, density_scale(DEEP));
+        var vertex = turned_vertex(point, direction, pdf_solid, previous, light_scale(point));
         let crossed = select(distance(point.position, previous.position), 0.0, infinite && i == n - 1u);
         throughput *= transmittance(medium_between(medium, point, vertex.world_from), crossed);
         // Before x_1 the camera, which only t = 1 sees.
@@ -216,7 +216,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 1u; i < n; i++) {
         let point = point_at(path, i);
         partials = at_depth(partials, i - 1u);
-        let vertex = turned_vertex(point, direction, pdf_solid, previous, density_scale(i - 2u));
+        let vertex = turned_vertex(point, direction, pdf_solid, previous, eye_scale(i - 1u, previous));
         let medium_here = medium_between(medium_before, point, vertex.world_from);
         let through = transmittance(medium_here, distance(point.position, previous.position));
         partials = absorb(partials, through);
@@ -248,7 +248,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if area_lights
     if is_triangle {
         let point = point_at(path, n);
-        let vertex = turned_vertex(point, direction, pdf_solid, previous, density_scale(n - 2u));
+        let vertex = turned_vertex(point, direction, pdf_solid, previous, eye_scale(n - 1u, previous));
         let medium_here = medium_between(medium_before, point, vertex.world_from);
         let through = transmittance(medium_here, distance(point.position, previous.position));
         partials = absorb(partials, through);

@@ -180,7 +180,11 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     // Positions first, to grow trees about.
     let blank = random_model(&[], bench.lights.len(), false, &mut Stream::new(0));
     upload(&mut bench, &blank);
-    let forms = if direction { &[&[device::Feature::SubspaceDirections][..]] } else { forms(scene) };
+    let forms = if direction {
+        &[&[device::Feature::SubspaceDirections, device::Feature::Thinning][..]]
+    } else {
+        forms(scene)
+    };
     let subspaces = Some(SUBSPACES);
     let mut found = bench.kernel_finds(&frozen, 0.0, forms[0], subspaces);
     // Edges along a face are the judge's own rounding.
@@ -223,7 +227,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
                     ln_w += 2.0 * unit.ln();
                 }
                 let share = f64::from(pdf[(row * SUBSPACES + column) as usize]);
-                let scale = f64::from(density_scale(i, light_paths));
+                let scale = f64::from(density_scale(i, light_paths)) * bench.thinning(path, i);
                 scale * share / f64::from(model.q[column as usize]) * ln_w.exp()
             };
             weights(&densities.strategies(density, f64::from(HIT_SCALE), f64::from(light_paths)))

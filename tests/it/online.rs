@@ -9,7 +9,7 @@ use halfway::scene::builtin::builtin;
 use halfway::subspace::Settings;
 use halfway::training::{Training, When};
 
-use crate::bidirectional::{SIZE, mean, renders};
+use crate::bidirectional::{SIZE, cornell_by_path, mean};
 use crate::gpu;
 use crate::shots::options;
 use crate::stats::{FAMILY_ALPHA, Moments, welch_p};
@@ -57,7 +57,7 @@ fn sum(picture: &Picture, of: impl Fn(usize, usize) -> f64) -> f64 {
 #[test]
 fn c09_learning_while_rendering_agrees_with_path() {
     let scene = builtin("cornell").expect("a built-in scene");
-    let path = renders(&scene, &options(SIZE, 128), 300..316);
+    let path = cornell_by_path();
     let truth = |pixel: usize, channel: usize| {
         path.iter().map(|picture| picture[pixel][channel]).sum::<f64>() / path.len() as f64
     };

@@ -32,7 +32,12 @@ fn methods() -> [Method; SLOTS] {
     assert_eq!([PATH, LVCBPT, SPCBPT].map(|slot| METHODS[slot].name), ["path", "lvcbpt", "spcbpt"]);
     METHODS.map(|method| {
         let light_tracing = !method.takes(Setting::Learning);
-        (method.make)(&Given { light_paths: None, connections: Some([4; 3]), shares: None, light_tracing })
+        (method.make)(&Given {
+            light_paths: None,
+            connections: Some([4; 3]),
+            light_tracing,
+            ..Given::default()
+        })
     })
 }
 

@@ -10,7 +10,7 @@ use halfway::subspace::guide::{GUIDE_CELLS, even_cells};
 use halfway::subspace::{LightGuide, Model, Settings, SourceLabels, Tree};
 use halfway::training::{Training, When};
 
-use crate::bidirectional::{SIZE, assert_options_same_as_path, mean, renders};
+use crate::bidirectional::{SIZE, assert_options_same_as_path, cornell_by_path, mean, renders};
 use crate::frozen_paths_subspaces::dark_glass;
 use crate::gpu;
 use crate::random::Stream;
@@ -72,7 +72,11 @@ fn nonsense(model: &Model, random: &mut Stream) -> Model {
 
 /// Few connections, but not as many everywhere, and any shares.
 fn uneven(random: &mut Stream) -> Connections {
-    Connections { counts: [3, 1, 2], shares: [(); 4].map(|()| 4f32.powf(2.0 * random.f32() - 1.0)) }
+    Connections {
+        counts: [3, 1, 2],
+        shares: [(); 4].map(|()| 4f32.powf(2.0 * random.f32() - 1.0)),
+        thinning: true,
+    }
 }
 
 #[test]
@@ -152,8 +156,8 @@ fn c09_twenty_models_of_nonsense_agree_with_path() {
         })
         .collect();
     // More samples than other tests take: what the path tracer does not know cannot be found.
-    let path = renders(scene, &options(SIZE, 128), 100..116);
-    let [a, b]: [Moments; 2] = [&found, &path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
+    let path = cornell_by_path();
+    let [a, b]: [Moments; 2] = [&found, path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
     let error = a.standard_error().hypot(b.standard_error()) / b.mean;
     let (ratio, p) = (a.mean / b.mean, welch_p(&a, &b));
     println!("path alone +- {:.5}", b.standard_error() / b.mean);
@@ -163,7 +167,7 @@ fn c09_twenty_models_of_nonsense_agree_with_path() {
     let tiles = |pictures: &[Vec<glam::DVec3>]| -> Vec<Vec<f64>> {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
     };
-    assert_equal_tiles("20 models", &tiles(&found), &tiles(&path));
+    assert_equal_tiles("20 models", &tiles(&found), &tiles(path));
 }
 
 /// Learning as it is by default, eight times with a seed of its own for what is learnt and for what is shown.
@@ -189,8 +193,8 @@ fn c09_learning_with_eight_seeds_agrees_with_path() {
             renders(scene, &options, [seed]).remove(0)
         })
         .collect();
-    let path = renders(scene, &options(SIZE, 128), 200..216);
-    let [a, b]: [Moments; 2] = [&found, &path].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
+    let [a, b]: [Moments; 2] =
+        [&found, cornell_by_path()].map(|pictures| pictures.iter().map(|p| mean(p)).collect());
     let error = a.standard_error().hypot(b.standard_error()) / b.mean;
     let (ratio, p) = (a.mean / b.mean, welch_p(&a, &b));
     println!("8 seeds: {ratio:.5} +- {error:.5} of path, p = {p:.2e}");

@@ -82,6 +82,9 @@ pub struct ConnectionArgs {
                           does: factors on their densities. Pictures are unbiased with any. For research ({}; default: \
                           {})", names_of(Setting::Connections), default_shares()))]
     pub shares: Option<[f32; 4]>,
+    #[arg(long, help = format!("Connect vertices of narrow lobes, such as polished metal, as often as all others; by default they \
+                                make an eighth of their connections or more. For research ({})", names_of(Setting::Connections)))]
+    pub no_thinning: bool,
 }
 
 /// `lvcbpt 3, spcbpt 9,2,1`: the default of each method that has connections.
@@ -260,12 +263,14 @@ impl MethodArgs {
             light_paths: self.light_paths,
             connections: self.connections.connections,
             shares: self.connections.shares,
+            no_thinning: self.connections.no_thinning,
             light_tracing: self.light_tracing,
         };
         for (flag, setting, is_given) in [
             ("--light-paths", Setting::LightPaths, given.light_paths.is_some()),
             ("--connections", Setting::Connections, given.connections.is_some()),
             ("--shares", Setting::Connections, given.shares.is_some()),
+            ("--no-thinning", Setting::Connections, given.no_thinning),
             ("--light-tracing", Setting::LightTracing, given.light_tracing),
         ] {
             self.refuse(flag, setting, is_given)?;

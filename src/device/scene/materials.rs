@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
+use super::thinning::thinning_units;
 use super::units::scaled;
 use crate::accel::UnitSpace;
 use crate::device::layout::{
     MATERIAL_DELTA, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MATERIAL_VOLUME, Material,
-    TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, TextureSlot,
+    TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, THINNING_SHIFT, TextureSlot,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 use crate::scene::{self, AlphaMode, Filter, Scene, SceneFeatures, TextureRef};
@@ -31,7 +32,7 @@ pub(super) fn upload(
         };
         materials.push(Material {
             base_color: material.base_color.to_array(),
-            flags: flags(material),
+            flags: flags(material) | thinning_units(scene, material) << THINNING_SHIFT,
             emission: emission(material, radiance_exponent).to_array(),
             opacity: material.alpha,
             specular_color: material.specular_color.to_array(),

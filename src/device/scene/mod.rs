@@ -2,6 +2,7 @@
 
 mod lights;
 mod materials;
+mod thinning;
 mod units;
 mod vertices;
 
@@ -13,12 +14,13 @@ pub use lights::{LightSourceInfo, SourceKind};
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::features::{Feature, Features};
-use super::layout::{self, Camera};
+use super::layout::{self, Camera, THINNING_UNITS};
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
 use crate::math::scale::normalising_exponent;
 use crate::scene::{self, Projection, Scene, SceneFeatures};
+use thinning::thinning_units;
 use units::punctual_intensity;
 
 /// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
@@ -41,6 +43,8 @@ pub struct DeviceScene {
     deep_tree: bool,
     /// Surfaces lie in one another.
     coincident: bool,
+    /// Some surface has narrow lobes, and all light can be found without connecting to them.
+    pub thins: bool,
     pub upload_time: Duration,
 }
 
@@ -88,6 +92,8 @@ impl DeviceScene {
             lights: lights.describe(&triangles).into(),
             deep_tree: accel.depth > STACK,
             coincident: !accel.covers.is_empty(),
+            thins: !features.punctual_lights
+                && scene.materials.iter().any(|material| thinning_units(scene, material) < THINNING_UNITS),
             upload_time: start.elapsed(),
         })
     }

@@ -90,6 +90,7 @@ impl Bidirectional {
             splats: plan.to_camera,
             subspaces: model.is_some(),
             subspace_directions,
+            thinning: plan.thins() && scene.thins,
             learns,
             // Learning needs vertices whole, and labels by direction wait for the direction of a connection.
             lambert_vertices: purpose == Purpose::Picture

@@ -43,7 +43,8 @@ impl LvcBpt {
 
 impl SpcBpt {
     /// Connections where none are asked for: docs/measurements.md, Connections and shares by depth.
-    pub const CONNECTIONS: Connections = Connections { counts: [9, 2, 1], shares: [3.0, 2.0, 1.0, 4.0] };
+    pub const CONNECTIONS: Connections =
+        Connections { counts: [9, 2, 1], shares: [3.0, 2.0, 1.0, 4.0], thinning: true };
 }
 
 impl Default for LvcBpt {

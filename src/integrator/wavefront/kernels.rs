@@ -21,6 +21,8 @@ pub(crate) struct Form {
     pub subspaces: bool,
     /// Directions count in the classification.
     pub subspace_directions: bool,
+    /// Narrow lobes are connected less often.
+    pub thinning: bool,
     /// Paths are written down, for the host to learn from.
     pub learns: bool,
     /// Light vertices are those of `LambertVertex`.
@@ -35,6 +37,7 @@ impl Form {
             (Feature::Splats, self.splats),
             (Feature::Subspaces, self.subspaces),
             (Feature::SubspaceDirections, self.subspace_directions),
+            (Feature::Thinning, self.thinning),
             (Feature::Learns, self.learns),
             (Feature::LambertVertices, self.lambert_vertices),
         ]
