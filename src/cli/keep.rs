@@ -156,7 +156,9 @@ impl Keeper {
     /// # Errors
     /// A lost device.
     pub fn write(&mut self, renderer: &mut Renderer) -> Result<Result<(), FilmError>, RenderError> {
+        let start = Instant::now();
         let written = renderer.saved(&self.keeping, Vec::new())?.save(&self.path);
+        log::info!("checkpoint: {:.2} s", start.elapsed().as_secs_f64());
         // Once, not every time.
         if let Some(error) = written.as_ref().err().filter(|_| !self.unsaved) {
             log::warn!("{error}; the render goes on");
