@@ -154,23 +154,27 @@ impl SavedRender {
         if !sums.earlier.is_empty() {
             let earlier = &sums.earlier;
             out.counts("earlier counts", earlier.iter().flat_map(|e| [e.count, e.groups, e.non_finite]))?;
-            let sums = |e: &Earlier| [[e.weight; 1].as_slice(), &e.sum, &e.variance].concat();
+            let sums = |e: &Earlier| {
+                let ([a, b, c], [va, vb, vc]) = (e.sum, e.variance);
+                [e.weight, a, b, c, va, vb, vc]
+            };
             out.floats("earlier sums", earlier.iter().flat_map(sums))?;
         }
+        // Plane by plane: what is the same in all pixels takes no room.
         for (block, film) in open {
-            let values = |pixel: &FilmPixel| [pixel.sum, pixel.sum_sq, pixel.open].as_flattened().to_vec();
-            out.floats(&format!("open {block} sums"), film.iter().flat_map(values).map(f64::from))?;
-            let counts =
-                |pixel: &FilmPixel| [pixel.count, pixel.non_finite, pixel.open_groups].map(u64::from);
-            out.counts(&format!("open {block} counts"), film.iter().flat_map(counts))?;
+            let value = |pixel: &FilmPixel, i: usize| [pixel.sum, pixel.sum_sq, pixel.open][i / 3][i % 3];
+            let values = (0..9).flat_map(|i| film.iter().map(move |pixel| f64::from(value(pixel, i))));
+            out.floats(&format!("open {block} sums"), values)?;
+            let count = |pixel: &FilmPixel, i: usize| [pixel.count, pixel.non_finite, pixel.open_groups][i];
+            let counts = (0..3).flat_map(|i| film.iter().map(move |pixel| u64::from(count(pixel, i))));
+            out.counts(&format!("open {block} counts"), counts)?;
         }
         for (index, group) in groups {
-            out.floats(
-                &format!("group {index} sums"),
-                group.iter().flat_map(|pixel| pixel.sum.map(f64::from)),
-            )?;
-            let counts = |pixel: &GroupPixel| [pixel.count, pixel.non_finite].map(u64::from);
-            out.counts(&format!("group {index} counts"), group.iter().flat_map(counts))?;
+            let values = (0..3).flat_map(|i| group.iter().map(move |pixel| f64::from(pixel.sum[i])));
+            out.floats(&format!("group {index} sums"), values)?;
+            let count = |pixel: &GroupPixel, i: usize| [pixel.count, pixel.non_finite][i];
+            let counts = (0..2).flat_map(|i| group.iter().map(move |pixel| u64::from(count(pixel, i))));
+            out.counts(&format!("group {index} counts"), counts)?;
         }
         for (layer, (name, values)) in
             self.layers.iter().flat_map(|layer| layer.channels.iter().map(move |channel| (layer, channel)))
@@ -256,11 +260,11 @@ impl SavedRender {
 
 /// An open block's pixels.
 fn open_block(values: &[f64], counts: &[u64]) -> Option<Vec<FilmPixel>> {
-    let pixels = values.as_chunks().0.iter().zip(counts.as_chunks().0);
-    pixels
-        .map(|(values, counts): (&[f64; 9], &[u64; 3])| {
-            let three = |first: usize| std::array::from_fn(|c| values[first + c] as f32);
-            let word = |i: usize| u32::try_from(counts[i]).ok();
+    let pixels = values.len() / 9;
+    (0..pixels)
+        .map(|pixel| {
+            let three = |first: usize| std::array::from_fn(|c| values[(first + c) * pixels + pixel] as f32);
+            let word = |i: usize| u32::try_from(counts[i * pixels + pixel]).ok();
             Some(FilmPixel {
                 sum: three(0),
                 sum_sq: three(3),
@@ -274,11 +278,12 @@ fn open_block(values: &[f64], counts: &[u64]) -> Option<Vec<FilmPixel>> {
 }
 
 fn group(values: &[f64], counts: &[u64]) -> Option<Vec<GroupPixel>> {
-    let pixels = values.as_chunks().0.iter().zip(counts.as_chunks().0);
-    pixels
-        .map(|(values, counts): (&[f64; 3], &[u64; 2])| {
-            let word = |i: usize| u32::try_from(counts[i]).ok();
-            Some(GroupPixel { sum: values.map(|value| value as f32), count: word(0)?, non_finite: word(1)? })
+    let pixels = values.len() / 3;
+    (0..pixels)
+        .map(|pixel| {
+            let word = |i: usize| u32::try_from(counts[i * pixels + pixel]).ok();
+            let sum = std::array::from_fn(|c| values[c * pixels + pixel] as f32);
+            Some(GroupPixel { sum, count: word(0)?, non_finite: word(1)? })
         })
         .collect()
 }

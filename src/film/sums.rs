@@ -88,8 +88,8 @@ impl FilmSums {
         });
     }
 
-    /// All with weight one, each sum rounded once.
-    fn rounded(&self) -> impl Iterator<Item = PixelSums> {
+    /// The pixels whose samples have all weight one, each sum rounded once.
+    pub fn rounded(&self) -> impl Iterator<Item = PixelSums> {
         self.pixels.iter().enumerate().map(|(index, pixel)| {
             let (rests, index) = (&self.rests[index / BLOCK], index % BLOCK);
             if rests.is_empty() {
