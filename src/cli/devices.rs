@@ -2,6 +2,7 @@
 
 use crate::cli::Exit;
 use crate::device::context::adapters;
+use crate::device::uuid::uuid;
 
 /// Prints every adapter with the number that `--device` takes.
 pub fn run() -> Exit {
@@ -13,8 +14,9 @@ pub fn run() -> Exit {
     for (index, adapter) in adapters.iter().enumerate() {
         let info = adapter.get_info();
         let binding = adapter.limits().max_storage_buffer_binding_size >> 20;
+        let uuid = uuid(adapter).map_or(String::new(), |uuid| format!(" uuid:{uuid}"));
         println!(
-            "{index}: {} ({:?}; {} {}; {binding} MiB in one buffer)",
+            "{index}: {} ({:?}; {} {}; {binding} MiB in one buffer){uuid}",
             info.name, info.device_type, info.driver, info.driver_info
         );
     }

@@ -8,11 +8,14 @@ mod devices;
 mod error;
 mod exit;
 mod info;
+mod keep;
+mod merge;
 mod output;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;
 mod render;
+mod resume;
 mod saves;
 mod strategies;
 mod summary;
@@ -59,6 +62,14 @@ enum Command {
     ///
     /// The first limit of --spp, --time and --error that is met ends the render.
     Render(Box<render::RenderArgs>),
+    /// Go on with a render from its checkpoint.
+    ///
+    /// The picture is that of a render that was never stopped, bit for bit.
+    Resume(resume::ResumeArgs),
+    /// Merge portions of one render to its picture.
+    ///
+    /// It is the picture of one render of all their samples, bit for bit.
+    Merge(merge::MergeArgs),
     /// Look at a scene in a window while it renders: move about, switch integrators.
     ///
     /// The picture is saved when the window is closed, bit for bit the one that `halfway render` makes of as many samples
@@ -89,6 +100,8 @@ enum Command {
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
+        Command::Resume(args) => resume::run(args, cli.quiet),
+        Command::Merge(args) => merge::run(args, cli.quiet),
         #[cfg(feature = "preview")]
         Command::Preview(args) => preview::run(args, cli.quiet),
         Command::Train(args) => train::run(args, cli.quiet),

@@ -1,6 +1,7 @@
 //! What is reported while something takes long, and how Ctrl-C ends it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -86,9 +87,12 @@ pub fn say_choices(choices: &[Choice]) {
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// Set by SIGUSR1.
+static WARNED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
 /// Ctrl-C was pressed: end well, and soon.
 pub fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+    INTERRUPTED.load(Ordering::Relaxed) || WARNED.load(Ordering::Relaxed)
 }
 
 /// The device for work that ends soon after Ctrl-C, if necessary with a round unfinished.
@@ -106,5 +110,13 @@ pub fn install_interrupt() {
     };
     if let Err(error) = ctrlc::set_handler(handler) {
         log::warn!("Ctrl-C will stop without saving: {error}");
+    }
+}
+
+/// From now on SIGUSR1 makes [`interrupted`] true, too, however often it comes: schedulers send it before a job's time is over.
+pub fn install_warning() {
+    #[cfg(unix)]
+    if let Err(error) = signal_hook::flag::register(signal_hook::consts::SIGUSR1, WARNED.clone()) {
+        log::warn!("SIGUSR1 will stop without saving: {error}");
     }
 }

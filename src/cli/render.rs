@@ -12,18 +12,20 @@ use super::args::{
     try_output, try_output_folder,
 };
 use super::debug::Debug;
+use super::keep::{KeepArgs, Keeper};
 use super::output::{Output, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
-use super::{CliError, Exit, strategies, summary, text};
+use super::{CliError, Exit, strategies, summary};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::View;
 use crate::render::{
-    Budget, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop, TimeLimit,
+    Budget, Keeping, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop,
+    TimeLimit,
 };
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneFeatures};
 use crate::training::When;
 
 /// Samples where no budget is given.
@@ -86,6 +88,8 @@ pub struct RenderArgs {
     /// Save the picture so far at this interval.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     save_every: Option<Duration>,
+    #[command(flatten)]
+    pub keep: KeepArgs,
 }
 
 /// Renders and writes what was asked for.
@@ -103,6 +107,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let scene_hash = scene.content_hash();
     let mut options = args.options(&scene, camera, &files)?;
     options.model = args.model.load(scene_hash, options.method)?;
+    args.check_portion_learns(&options, &scene)?;
     let strategies = match args.strategies {
         Some(_) => strategies::list(options.method, options.view.max_depth)?,
         None => Vec::new(),
@@ -111,15 +116,26 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let trace = args.trace.open([shown.width, shown.height])?;
 
     progress::install_interrupt();
+    if args.keep.keeps() {
+        progress::install_warning();
+    }
     let context = progress::interruptible(&args.picture.device.open(quiet)?);
-    let mut renderer = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
     let origin = Origin {
         method: options.method,
         seed: options.view.seed,
         scene_hash,
         device: context.describe(),
-        command_line: text::command_line(),
+        command_line: format!("halfway {}", args.keep.command().join(" ")),
     };
+    let keeping = args.keep.keeping(&scene, &options, &origin);
+    let taken_up = args.keep.take_up(&keeping, &mut options)?;
+    let mut renderer = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
+    args.keep.begin(&mut renderer, taken_up)?;
+    let mut keeper = args.keep.keeper(keeping.clone(), &shown, quiet);
+    if let Some(keeper) = keeper.as_mut().filter(|_| renderer.learning_time().total > Duration::ZERO) {
+        // What was learnt is not to be learnt again.
+        let _ = keeper.write(&mut renderer)?;
+    }
     let mut output = Output {
         files,
         origin,
@@ -134,9 +150,29 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         unsaved: false,
         saves: Saves::default(),
     };
-    let meter = meter(quiet, &options.budget, renderer.learning_time().total);
-    let stop = render(&mut renderer, &mut output, meter, &options.budget)?;
+    let meter = meter(quiet, &args.shown_budget(&options.budget), renderer.learning_time().total);
+    let stop = render(&mut renderer, &mut output, &mut keeper, meter, &options.budget)?;
+    let mut kept = None;
+    if let Some(mut keeper) = keeper {
+        let written = keeper.write(&mut renderer)?;
+        kept = Some(keeper.path);
+        if stop == Stop::Interrupted {
+            written?;
+        }
+    }
     let report = renderer.report()?;
+    if let Some(range) = &args.keep.samples {
+        if let Some(path) = &args.stats {
+            summary::write_stats(path, serde_json::to_value(&report)?, &context, load_seconds)?;
+        }
+        if !quiet {
+            summary::rendered(&report, load_seconds, &options);
+        }
+        return match stop {
+            Stop::Interrupted => Ok(stopped(kept.as_deref(), range.start + report.samples)),
+            _ => args.write_portion(&mut renderer, &keeping, &output.files[0], &report),
+        };
+    }
     let picture = renderer.picture()?;
     let infinite = picture.rgb.iter().flatten().filter(|channel| !channel.is_finite()).count();
     let stops = output.exposure.stops(&picture);
@@ -158,7 +194,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         }
     }
     summary::warned(report.warnings.len(), &args.scene.scene);
-    summary::warn_of_depth(&report);
+    summary::warn_of_depth(report.rays.deep_paths());
     if !quiet || args.error.is_some() {
         report.caveats.iter().for_each(|caveat| log::warn!("{caveat}"));
     }
@@ -181,11 +217,18 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
 impl RenderArgs {
     /// The pictures to write, after every output was tried.
     fn files(&self) -> Result<Vec<PathBuf>, InputError> {
-        let files = match self.output.is_empty() {
-            true => vec![default_output(&self.scene.scene, "exr")],
-            false => self.output.clone(),
+        let files = match (self.output.is_empty(), &self.keep.samples) {
+            (true, None) => vec![default_output(&self.scene.scene, "exr")],
+            (true, Some(range)) => {
+                vec![default_output(&self.scene.scene, &format!("{}-{}.part", range.start, range.end))]
+            }
+            (false, _) => self.output.clone(),
         };
-        files.iter().try_for_each(|file| check_file(file))?;
+        match self.keep.samples {
+            None => files.iter().try_for_each(|file| check_file(file))?,
+            Some(_) => check_portion(&files)?,
+        }
+        self.keep.try_outputs()?;
         let debug = self.debug.map(|debug| debug.files(&files[0])).unwrap_or_default();
         debug.iter().chain(&self.stats).try_for_each(|file| try_output(file))?;
         self.trace.try_output()?;
@@ -196,6 +239,8 @@ impl RenderArgs {
     fn options(&self, scene: &Scene, camera: usize, files: &[PathBuf]) -> Result<RenderOptions, InputError> {
         let no_limit = self.spp.is_none() && self.time.is_none() && self.error.is_none();
         let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { self.spp };
+        let portion = self.keep.samples.as_ref();
+        let samples = portion.map_or(samples, |range| Some(range.end));
         if self.error.is_some_and(|error| error.is_nan() || error <= 0.0) {
             return Err(InputError::Usage("--error takes a positive number, such as 0.05 for 5 %".into()));
         }
@@ -209,32 +254,62 @@ impl RenderArgs {
         let picture = self.picture.options(scene, camera);
         // A PNG has no room for layers.
         let layers = self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
+        let layers = layers || !files.iter().all(|file| is_png(file));
+        // They are the same in all portions: the first one has them.
+        let layers = portion.map_or(layers, |range| range.start == 0);
         Ok(RenderOptions {
             view: View { crop: self.crop, seed: self.seed.seed, ..picture.view },
             method,
             budget: Budget { samples, time: self.time.map(TimeLimit::Total), error: self.error },
-            first_hit_layers: layers || !files.iter().all(|file| is_png(file)),
+            first_hit_layers: layers,
             timing: self.stats.is_some(),
             training: self.method.training()?,
             ..picture
         })
     }
 
+    /// # Errors
+    /// A portion that would learn for itself alone.
+    fn check_portion_learns(&self, options: &RenderOptions, scene: &Scene) -> Result<(), InputError> {
+        let learns = options.method.plan().learns() && options.model.is_none();
+        match self.keep.samples.is_some() && learns && SceneFeatures::of(scene).lights() {
+            false => Ok(()),
+            true => Err(InputError::Usage(
+                "all portions of a picture connect by one model: learn it with `halfway train`, and give it to each with \
+                 --model"
+                    .into(),
+            )),
+        }
+    }
+
+    /// What there is to do, as the progress counts it: of a portion only its own.
+    fn shown_budget(&self, budget: &Budget) -> Budget {
+        let first = self.keep.samples.as_ref().map_or(0, |range| range.start);
+        Budget { samples: budget.samples.map(|samples| samples - first), ..*budget }
+    }
+
+    /// Writes the portion that was rendered.
+    fn write_portion(
+        &self,
+        renderer: &mut Renderer,
+        keeping: &Keeping,
+        file: &Path,
+        report: &Report,
+    ) -> Result<Exit, CliError> {
+        let mut layers = renderer.picture()?.layers;
+        // Samples tell these.
+        layers.retain(|layer| layer.name != "variance" && layer.name != "samples");
+        renderer.saved(keeping, layers)?.save(file)?;
+        println!("{}", file.display());
+        summary::warned(report.warnings.len(), &self.scene.scene);
+        summary::warn_of_depth(report.rays.deep_paths());
+        Ok(self.exit(report, 0, report.stop))
+    }
+
     /// How the program ends after a picture was written. `infinite`: values in it that f32 cannot hold.
     fn exit(&self, report: &Report, infinite: usize, stop: Stop) -> Exit {
-        if infinite > 0 {
-            eprintln!(
-                "error: {infinite} values of the picture are infinite: they are beyond {:.1e}, the largest number of its files. \
-                 Make the scene's lights weaker.",
-                f32::MAX
-            );
-            Exit::NonFinite
-        } else if report.non_finite > 0 {
-            eprintln!(
-                "error: {} samples were not finite; they are left out of the picture. Please report the scene.",
-                report.non_finite
-            );
-            Exit::NonFinite
+        if let Some(fault) = faults(infinite, report.non_finite) {
+            fault
         } else if stop == Stop::Interrupted {
             Exit::Interrupted
         } else if self.error.is_some() && stop != Stop::Error {
@@ -242,6 +317,40 @@ impl RenderArgs {
         } else {
             Exit::Done
         }
+    }
+}
+
+/// Of values of a picture that f32 cannot hold, and samples that are not finite; says so.
+pub fn faults(infinite: usize, non_finite: u64) -> Option<Exit> {
+    if infinite > 0 {
+        eprintln!(
+            "error: {infinite} values of the picture are infinite: they are beyond {:.1e}, the largest number of its files. \
+             Make the scene's lights weaker.",
+            f32::MAX
+        );
+    } else if non_finite > 0 {
+        eprintln!(
+            "error: {non_finite} samples were not finite; they are left out of the picture. Please report the scene."
+        );
+    }
+    (infinite > 0 || non_finite > 0).then_some(Exit::NonFinite)
+}
+
+/// Says what became of a portion that is not whole.
+fn stopped(kept: Option<&Path>, next: u32) -> Exit {
+    match kept {
+        Some(path) => eprintln!("stopped at sample {next}; go on with: halfway resume {}", path.display()),
+        None => eprintln!("stopped at sample {next}, and nothing is kept: that takes --checkpoint"),
+    }
+    Exit::Interrupted
+}
+
+fn check_portion(files: &[PathBuf]) -> Result<(), InputError> {
+    match files {
+        [file] if file.extension().is_some_and(|extension| extension == "part") => try_output(file),
+        _ => Err(InputError::Usage(
+            "--samples makes a portion, which goes to one file: name it .part; `halfway merge` makes pictures".into(),
+        )),
     }
 }
 
@@ -268,22 +377,30 @@ fn prepare(mut prepared: Prepared, quiet: bool) -> Result<Renderer, RenderError>
 fn render(
     renderer: &mut Renderer,
     output: &mut Output,
+    keeper: &mut Option<Keeper>,
     mut meter: Meter,
     budget: &Budget,
 ) -> Result<Stop, CliError> {
     loop {
         // A pause of the loop, to save, to show or to judge the picture, is no end.
-        let mut pause = false;
+        let (mut keep, mut look) = (false, false);
         let stop = renderer.run(|progress| {
             show(&mut meter, progress, budget);
-            pause = output.is_due(progress.samples);
+            keep = keeper.as_ref().is_some_and(Keeper::is_due);
+            look = output.is_due(progress.samples);
+            let pause = keep || look;
             pause || progress::interrupted()
         })?;
-        if !pause || progress::interrupted() {
+        if !(keep || look) || progress::interrupted() {
             meter.finish();
             return Ok(stop);
         }
-        output.update(renderer)?;
+        if let Some(keeper) = keeper.as_mut().filter(|_| keep) {
+            let _ = keeper.write(renderer)?;
+        }
+        if look {
+            output.update(renderer)?;
+        }
     }
 }
 

@@ -67,8 +67,8 @@ pub fn warned(warnings: usize, scene: &Path) {
 }
 
 /// Warns where light goes on and on.
-pub fn warn_of_depth(report: &Report) {
-    if let Some(surfaces) = report.deep_paths() {
+pub fn warn_of_depth(deep_paths: Option<f64>) {
+    if let Some(surfaces) = deep_paths {
         log::warn!(
             "paths meet {surfaces:.0} surfaces on average before they end: light of such depths carries the picture, since \
              next to nothing in this scene absorbs light. Where surfaces absorb nothing at all (albedo 1) the noise may have no \

@@ -51,8 +51,12 @@ pub fn today() -> String {
 
 /// As it was given, but for where the program lies.
 pub fn command_line() -> String {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    format!("halfway {}", arguments.join(" "))
+    format!("halfway {}", words().join(" "))
+}
+
+/// What was given, without the program. What is no Unicode has a replacement in it.
+pub fn words() -> Vec<String> {
+    std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect()
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::time::Duration;
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
 use super::pipelines::Pipelines;
+use super::uuid::{is_uuid, uuid};
 use crate::device::DeviceError;
 
 /// Which adapter to take.
@@ -19,6 +20,8 @@ pub enum DeviceChoice {
     Index(usize),
     /// A part of the adapter's name, in any case.
     Name(String),
+    /// As `halfway devices` lists it.
+    Uuid(String),
     /// A software device.
     Cpu,
 }
@@ -27,6 +30,9 @@ impl std::str::FromStr for DeviceChoice {
     type Err = std::convert::Infallible;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if let Some(uuid) = text.strip_prefix("uuid:") {
+            return Ok(Self::Uuid(uuid.to_string()));
+        }
         Ok(match (text, text.parse()) {
             ("auto", _) => Self::Auto,
             ("cpu", _) => Self::Cpu,
@@ -107,6 +113,7 @@ impl Context {
                 DeviceChoice::Auto => true,
                 DeviceChoice::Index(wanted) => index == wanted,
                 DeviceChoice::Name(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
+                DeviceChoice::Uuid(wanted) => uuid(adapter).is_some_and(|found| is_uuid(&found, wanted)),
                 DeviceChoice::Cpu => info.device_type == DeviceType::Cpu,
             }
         });
@@ -114,6 +121,9 @@ impl Context {
             let mut list = String::new();
             for (index, adapter) in adapters.iter().enumerate() {
                 let _ = write!(list, "\n  {index}: {}", adapter.get_info().name);
+                if let Some(uuid) = uuid(adapter) {
+                    let _ = write!(list, ", uuid:{uuid}");
+                }
             }
             return Err(DeviceError::NotFound { wanted: format!("{wanted:?}"), list });
         };

@@ -9,6 +9,7 @@ pub mod layout;
 pub mod scene;
 pub mod shader;
 pub mod timing;
+pub mod uuid;
 
 mod pipelines;
 mod probe;

@@ -44,6 +44,22 @@ pub enum FilmError {
          `halfway render` writes them, or leave that limit out"
     )]
     MetricUnknown { metric: String },
+    #[error("cannot read {path}: {cause}; check that the file is there and readable")]
+    SavedRead { path: PathBuf, cause: std::io::Error },
+    #[error(
+        "{path} is no checkpoint or portion of a render; give a file that --checkpoint or --samples wrote"
+    )]
+    NotSaved { path: PathBuf },
+    #[error(
+        "{path} has version {found} of the format, this program reads version {expected}; go on with the program that \
+         wrote it, or render again"
+    )]
+    SavedVersion { path: PathBuf, found: u32, expected: u32 },
+    #[error("{path} is damaged: {what}; copy it again from where it came from, or render again")]
+    SavedDamaged { path: PathBuf, what: &'static str },
+    /// Portions that make no picture together; `reason` ends in what to do.
+    #[error("cannot merge {path}: {reason}")]
+    Merge { path: PathBuf, reason: String },
     #[error("tev at {address}: {cause}; start the viewer first, or give its address with --tev HOST:PORT")]
     Viewer { address: String, cause: std::io::Error },
 }
@@ -57,6 +73,11 @@ impl FilmError {
             | Self::NonFiniteCompared { .. }
             | Self::BlackReference
             | Self::NegativeReference { .. }
+            | Self::SavedRead { .. }
+            | Self::NotSaved { .. }
+            | Self::SavedVersion { .. }
+            | Self::SavedDamaged { .. }
+            | Self::Merge { .. }
             | Self::MetricUnknown { .. } => Fault::Input,
             Self::Write { .. } | Self::Viewer { .. } => Fault::Machine,
             Self::NonFinite { .. } => Fault::Defect,

@@ -1,6 +1,7 @@
 //! From sums of samples to pictures on disk, and the comparison of pictures.
 
 pub mod average;
+pub mod checkpoint;
 pub mod contact_sheet;
 mod error;
 mod estimate;
@@ -9,9 +10,11 @@ pub mod exr;
 pub mod false_color;
 pub mod flip;
 pub mod heatmap;
+pub mod merge;
 pub mod metric;
 pub mod png;
 mod read;
+pub mod state;
 pub mod sums;
 pub mod tev;
 pub mod tonemap;

@@ -1,7 +1,10 @@
 //! The host's half of the film: sums in f64, so that no number of samples stalls them (N-18).
 
+use rayon::prelude::*;
+
 use super::estimate::{self, Moments};
 use super::{Layer, Picture};
+use crate::math::exact::{rounded_sum, two_sum};
 
 /// The device's f32 sums are taken over after every so many samples per pixel, counted from the first: the rounding
 /// stays below 1e-5, and the result does not depend on how a render was cut into iterations.
@@ -20,54 +23,98 @@ pub struct PixelSums {
 
 /// A pixel's samples that were taken in another way before, each with a weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Earlier {
-    count: u64,
-    groups: u64,
-    non_finite: u64,
+pub(super) struct Earlier {
+    pub count: u64,
+    pub groups: u64,
+    pub non_finite: u64,
     /// Sum of the samples' weights, and of the weighted samples; the estimated variance of the latter.
-    weight: f64,
-    sum: [f64; 3],
-    variance: [f64; 3],
+    pub weight: f64,
+    pub sum: [f64; 3],
+    pub variance: [f64; 3],
 }
 
+/// Pixels that share room for what their sums have left out.
+pub(super) const BLOCK: usize = 256;
+
+/// What rounding has left out of the sums of a block's pixels, and of what this adds up to in turn: as many levels as it
+/// takes for nothing to be lost, mostly none or one. Red, green and blue of `sum`, then of `sum_sq`.
+pub(super) type Rests = Vec<Box<[[f64; 6]; BLOCK]>>;
+
 /// Sums over all samples of every pixel.
+///
+/// They are exact, so that they do not depend on how samples were spread over renders that are added up later: a pixel's
+/// sum is that in `pixels` and all of its rests together. Whole trees of partial sums in a fixed order would do as well, but
+/// for the memory of a picture for each level of the tree; these rests take as much as a picture where it is noisy, and
+/// nothing where it is not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilmSums {
     pub width: u32,
     pub height: u32,
-    /// All with weight one.
+    /// All with weight one; rounded.
     pub pixels: Vec<PixelSums>,
+    /// For every [`BLOCK`] pixels.
+    pub(super) rests: Vec<Rests>,
     /// Empty where all samples are alike.
-    earlier: Vec<Earlier>,
+    pub(super) earlier: Vec<Earlier>,
 }
 
 impl FilmSums {
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = vec![PixelSums::default(); width as usize * height as usize];
-        Self { width, height, pixels, earlier: Vec::new() }
+        let rests = vec![Vec::new(); pixels.len().div_ceil(BLOCK)];
+        Self { width, height, pixels, rests, earlier: Vec::new() }
     }
 
     /// Adds what the device has gathered, one entry per pixel.
-    pub fn add(&mut self, taken: impl Iterator<Item = PixelSums>) {
-        for (pixel, taken) in self.pixels.iter_mut().zip(taken) {
-            for channel in 0..3 {
-                pixel.sum[channel] += taken.sum[channel];
-                pixel.sum_sq[channel] += taken.sum_sq[channel];
+    pub fn add(&mut self, taken: impl IntoParallelIterator<Item = PixelSums, Iter: IndexedParallelIterator>) {
+        let blocks = self.pixels.par_chunks_mut(BLOCK).zip(&mut self.rests);
+        blocks.zip(taken.into_par_iter().chunks(BLOCK)).for_each(|((pixels, rests), taken)| {
+            for (index, (pixel, taken)) in pixels.iter_mut().zip(taken).enumerate() {
+                pixel.add(&taken, rests, index);
             }
-            pixel.count += taken.count;
-            pixel.groups += taken.groups;
-            pixel.non_finite += taken.non_finite;
-        }
+        });
+    }
+
+    /// Adds sums of other samples, all of weight one, of as many pixels.
+    pub fn add_sums(&mut self, other: &Self) {
+        self.add(other.pixels.par_iter().copied());
+        let blocks = self.pixels.par_chunks_mut(BLOCK).zip(&mut self.rests).zip(&other.rests);
+        blocks.for_each(|((pixels, rests), other)| {
+            for level in other {
+                for (index, (pixel, rest)) in pixels.iter_mut().zip(level.iter()).enumerate() {
+                    pixel.add_values(rest, rests, index);
+                }
+            }
+        });
+    }
+
+    /// The pixels whose samples have all weight one, each sum rounded once.
+    pub fn rounded(&self) -> impl Iterator<Item = PixelSums> {
+        self.pixels.iter().enumerate().map(|(index, pixel)| {
+            let (rests, index) = (&self.rests[index / BLOCK], index % BLOCK);
+            if rests.is_empty() {
+                return *pixel;
+            }
+            let round = |value: f64, slot: usize| match rests.as_slice() {
+                [level] => value + level[index][slot],
+                levels => {
+                    rounded_sum(std::iter::once(value).chain(levels.iter().map(|level| level[index][slot])))
+                }
+            };
+            PixelSums {
+                sum: [0, 1, 2].map(|c| round(pixel.sum[c], c)),
+                sum_sq: [0, 1, 2].map(|c| round(pixel.sum_sq[c], 3 + c)),
+                ..*pixel
+            }
+        })
     }
 
     /// What comes from now on is taken in another way, with another variance. What there is keeps the weight one, until
     /// [`weigh_earlier`](Self::weigh_earlier) changes it.
     pub fn settle(&mut self) {
-        self.earlier.resize(self.pixels.len(), Earlier::default());
-        for (earlier, pixel) in self.earlier.iter_mut().zip(&mut self.pixels) {
-            *earlier = earlier.with(pixel);
-            *pixel = PixelSums::default();
-        }
+        self.earlier = self.totals().collect();
+        self.pixels.fill(PixelSums::default());
+        self.rests.fill(Vec::new());
     }
 
     /// Samples of before the last [`settle`](Self::settle) weigh so much more from now on. For the least variance, one
@@ -80,15 +127,22 @@ impl FilmSums {
         }
     }
 
+    /// All samples have the same weight.
+    pub fn is_even(&self) -> bool {
+        self.earlier.is_empty()
+    }
+
     /// All samples of each pixel together.
     fn totals(&self) -> impl Iterator<Item = Earlier> {
         let none = Earlier::default();
-        self.pixels.iter().enumerate().map(move |(i, pixel)| self.earlier.get(i).unwrap_or(&none).with(pixel))
+        let rounded = self.rounded().enumerate();
+        rounded.map(move |(i, pixel)| self.earlier.get(i).unwrap_or(&none).with(&pixel))
     }
 
     /// Samples left out because they were not finite.
     pub fn non_finite(&self) -> u64 {
-        self.totals().map(|pixel| pixel.non_finite).sum()
+        let earlier = self.earlier.iter().map(|pixel| pixel.non_finite);
+        self.pixels.iter().map(|pixel| pixel.non_finite).chain(earlier).sum()
     }
 
     /// As [`non_finite`](Self::non_finite), of each pixel.
@@ -131,6 +185,34 @@ impl FilmSums {
 }
 
 impl PixelSums {
+    /// Adds sums of other samples of this pixel, the `index`-th of its block.
+    fn add(&mut self, taken: &Self, rests: &mut Rests, index: usize) {
+        let values =
+            std::array::from_fn(|slot| if slot < 3 { taken.sum[slot] } else { taken.sum_sq[slot - 3] });
+        self.add_values(&values, rests, index);
+        self.count += taken.count;
+        self.groups += taken.groups;
+        self.non_finite += taken.non_finite;
+    }
+
+    /// Adds to `sum` and `sum_sq`, and what rounding leaves out to the rests.
+    fn add_values(&mut self, values: &[f64; 6], rests: &mut Rests, index: usize) {
+        for (slot, value) in values.iter().enumerate() {
+            let sum = if slot < 3 { &mut self.sum[slot] } else { &mut self.sum_sq[slot - 3] };
+            let mut rest;
+            [*sum, rest] = two_sum(*sum, *value);
+            let mut level = 0;
+            while rest != 0.0 {
+                if level == rests.len() {
+                    rests.push(Box::new([[0.0; 6]; BLOCK]));
+                }
+                let kept = &mut rests[level][index][slot];
+                [*kept, rest] = two_sum(*kept, rest);
+                level += 1;
+            }
+        }
+    }
+
     /// Adds a group of so many samples by their sum.
     pub fn add_group(&mut self, sum: [f64; 3], samples: u64) {
         if samples == 0 {

@@ -15,8 +15,33 @@ use crate::film::FilmError;
 /// # Errors
 /// [`FilmError::Write`] with the system's reason; nothing is left behind.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FilmError> {
-    replace(path, |file| file.write_all(bytes))
-        .map_err(|cause| FilmError::Write { path: path.to_owned(), cause })
+    write_atomic_with(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_atomic`], by a function that writes the bytes one after the other.
+///
+/// # Errors
+/// As [`write_atomic`].
+pub fn write_atomic_with(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), FilmError> {
+    replace(path, write).map_err(|cause| FilmError::Write { path: path.to_owned(), cause })
+}
+
+/// Removes what [`write_atomic`] has left beside `path` where its process was killed: for files that no other process
+/// writes.
+pub fn remove_leftovers(path: &Path) {
+    let Ok(Target::File(target)) = target(path) else { return };
+    let start = beside_start(&target);
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
+    for entry in fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        if name.to_str().is_some_and(|name| name.starts_with(&start) && name.ends_with(".tmp")) {
+            // It is in nobody's way.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Writes a file where there is none, not even a symbolic link: for folders that others write to as well.
@@ -101,17 +126,22 @@ fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::
 /// A new file in the directory of `target`, since a rename works within one file system only. Its name is short, so that
 /// the target's may be as long as the file system allows, and no other process has it, wherever that runs.
 fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
-    let mut hasher = DefaultHasher::new();
-    target.hash(&mut hasher);
-    let (hash, process) = (hasher.finish(), std::process::id());
+    let (start, process) = (beside_start(target), std::process::id());
     let mut count = 0u64;
     loop {
-        let beside = target.with_file_name(format!(".{hash:016x}-{process}-{count}.tmp"));
+        let beside = target.with_file_name(format!("{start}{process}-{count}.tmp"));
         match File::create_new(&beside) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => count += 1,
             created => return created.map(|file| (file, beside)),
         }
     }
+}
+
+/// How the names of files begin that are made beside `target`.
+fn beside_start(target: &Path) -> String {
+    let mut hasher = DefaultHasher::new();
+    target.file_name().hash(&mut hasher);
+    format!(".{:016x}-", hasher.finish())
 }
 
 #[cfg(test)]

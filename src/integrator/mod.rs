@@ -8,7 +8,9 @@ pub mod plan;
 mod view;
 pub(crate) mod wavefront;
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
@@ -26,16 +28,16 @@ pub use wavefront::{RayCounts, Wavefront};
 pub use crate::subspace::{Connections, MAX_CONNECTIONS};
 
 /// What was chosen without being asked for, and why.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
-    pub what: &'static str,
+    pub what: Cow<'static, str>,
     pub value: String,
     pub reason: String,
 }
 
 impl Choice {
     pub fn new(what: &'static str, value: impl ToString, reason: impl Into<String>) -> Self {
-        Self { what, value: value.to_string(), reason: reason.into() }
+        Self { what: what.into(), value: value.to_string(), reason: reason.into() }
     }
 }
 

@@ -9,6 +9,7 @@ pub mod cutpoints;
 pub mod date;
 pub mod equal_area;
 mod error;
+pub mod exact;
 pub mod fnv;
 pub mod frame;
 pub mod ggx_albedo;

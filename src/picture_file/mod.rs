@@ -8,6 +8,7 @@ mod pfm;
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::fault::Fault;
@@ -38,7 +39,8 @@ const MAX_SAMPLES: u64 = 1 << 30;
 pub const REC709: [[f32; 2]; 4] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
 
 /// A named value beside the pixels.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum Attribute {
     /// UTF-8 text.
     Text(String),

@@ -1,5 +1,7 @@
 //! render
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use crate::accel::AccelError;
@@ -38,6 +40,13 @@ pub enum RenderError {
     Thread { purpose: &'static str, cause: std::io::Error },
     #[error("{what} broke down, stderr says where; this is a defect of Halfway, please report it")]
     Panicked { what: &'static str },
+    #[error(
+        "cannot go on from {path}: it is of another render: {differences}; ask for the same (`halfway resume` does), or \
+         render anew without it"
+    )]
+    OtherRender { path: PathBuf, differences: String },
+    #[error("cannot go on from {path}: {what} in it cannot be read; render anew without it")]
+    UnknownRun { path: PathBuf, what: &'static str },
     /// Comparing the picture with a reference.
     #[error(transparent)]
     Film(#[from] FilmError),
@@ -53,7 +62,11 @@ impl RenderError {
     /// Whose fault it is.
     pub fn fault(&self) -> Fault {
         match self {
-            Self::NoCamera { .. } | Self::BadRegion { .. } | Self::TooManyPixels { .. } => Fault::Input,
+            Self::NoCamera { .. }
+            | Self::BadRegion { .. }
+            | Self::TooManyPixels { .. }
+            | Self::OtherRender { .. }
+            | Self::UnknownRun { .. } => Fault::Input,
             Self::Interrupted | Self::InterruptedAtOnce => Fault::Interrupted,
             Self::Thread { .. } | Self::NoSampleInTime => Fault::Machine,
             Self::Panicked { .. } => Fault::Defect,

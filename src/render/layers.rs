@@ -1,9 +1,8 @@
 //! What the device hands over, as layers of a picture.
 
 use crate::accel::UnitSpace;
-use crate::device::layout::{FilmPixel, FirstHitPixel};
+use crate::device::layout::FirstHitPixel;
 use crate::film::Layer;
-use crate::film::sums::PixelSums;
 
 /// Samples that the layers albedo, normal and depth are averaged over.
 pub(super) const FIRST_HIT_SAMPLES: u32 = 16;
@@ -31,20 +30,4 @@ pub(super) fn first_hit_layers(hits: &[FirstHitPixel], unit: &UnitSpace) -> [Lay
         layer("normal", ["X", "Y", "Z"], |pixel| pixel.normal),
         Layer { name: "depth".into(), channels: vec![("Z".into(), depths)] },
     ]
-}
-
-/// Unit of the sums of dim squares in `shaders/film_accumulate.wgsl`, which are negative: -2^-120.
-const DIM_UNIT: f64 = -1.0 / (1u128 << 120) as f64;
-
-/// A pixel of the film as the device hands it over.
-pub fn pixel_sums(pixel: &FilmPixel) -> PixelSums {
-    let mut sums = PixelSums {
-        sum: pixel.sum.map(f64::from),
-        sum_sq: pixel.sum_sq.map(|value| f64::from(value) * if value < 0.0 { DIM_UNIT } else { 1.0 }),
-        count: u64::from(pixel.count),
-        groups: u64::from(pixel.open_groups >> 8),
-        non_finite: u64::from(pixel.non_finite),
-    };
-    sums.add_group(pixel.open.map(f64::from), u64::from(pixel.open_groups & 0xff));
-    sums
 }

@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{Renderer, pixel_sums};
+use rayon::prelude::*;
+
+use super::Renderer;
 use crate::device::layout::SAMPLES_A_GROUP;
+use crate::film::state::pixel_sums;
 use crate::render::RenderError;
 use crate::subspace::Model;
 use crate::training::TrainingEvent;
@@ -42,7 +45,7 @@ impl Renderer {
     /// A lost device, a buffer that does not fit.
     pub fn connect_by(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
         let taken = self.integrator.wavefront().take_film(&self.context)?;
-        self.sums.add(taken.iter().map(pixel_sums));
+        self.sums.add(taken.par_iter().map(pixel_sums));
         self.sums.settle();
         self.integrator.set_model(&self.context, &model)?;
         self.report.training = Some(model.report.clone());

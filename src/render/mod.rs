@@ -2,6 +2,7 @@
 
 mod budget;
 mod caveats;
+mod checkpoint;
 mod error;
 mod layers;
 mod meanwhile;
@@ -10,9 +11,10 @@ mod prepared;
 mod renderer;
 mod report;
 
+pub use crate::film::state::pixel_sums;
 pub use budget::{Budget, Estimate, Progress, Stop, TimeLimit};
+pub use checkpoint::{Keeping, picture_of, rays_of, take_up};
 pub use error::RenderError;
-pub use layers::pixel_sums;
 pub use options::RenderOptions;
 pub use prepared::{Prepared, Uploaded};
 pub use renderer::{LearningTime, Renderer};

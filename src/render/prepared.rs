@@ -1,5 +1,6 @@
 //! What comes before the first sample: the scene goes to the device, and the method learns.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::caveats::caveats;
@@ -277,6 +278,9 @@ impl Prepared {
             next_round: SAMPLES_PER_ROUND,
             first_hits: None,
             samples: 0,
+            first: 0,
+            groups: BTreeMap::new(),
+            rays_before: RayCounts::default(),
             elapsed: Duration::ZERO,
             last_sample: Duration::ZERO,
             was_cut: false,

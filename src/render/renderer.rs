@@ -1,17 +1,21 @@
 //! The budget loop: rounds of samples until the first limit of samples, time or error is met.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
+
 use super::budget::{Budget, Estimate, Progress, Stop};
-use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers, pixel_sums};
+use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers};
 use super::{RenderError, RenderOptions, Report};
 use crate::accel::UnitSpace;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
 use crate::device::{self, Context, DeviceError};
+use crate::film::state::{Group, group_of, pixel_sums};
 use crate::film::sums::{FilmSums, SAMPLES_A_FLUSH};
 use crate::film::{Picture, Region};
-use crate::integrator::{Choice, FirstSubspaces, Integrator, Strategy, SubmissionLimit};
+use crate::integrator::{Choice, FirstSubspaces, Integrator, RayCounts, Strategy, SubmissionLimit};
 use crate::scene;
 use crate::subspace::Model;
 use crate::training::OnlineTraining;
@@ -45,7 +49,13 @@ pub struct Renderer {
     pub(super) next_round: u32,
     /// Once they were asked for.
     pub(super) first_hits: Option<Vec<FirstHitPixel>>,
+    /// The sample that the next round begins with, and the one that the render began with.
     pub(super) samples: u32,
+    pub(super) first: u32,
+    /// Of the block that the render began in, where that was not with the block.
+    pub(super) groups: BTreeMap<u32, Group>,
+    /// What was done before the render went on from a checkpoint.
+    pub(super) rays_before: RayCounts,
     pub(super) elapsed: Duration,
     /// Time of the last sample, where a picture has more pixels than the queues hold.
     pub(super) last_sample: Duration,
@@ -92,7 +102,9 @@ impl Renderer {
         self.integrator.wavefront_mut().reset(&self.context)?;
         self.sums = FilmSums::new(self.sums.width, self.sums.height);
         self.report.round_samples.clear();
-        self.samples = 0;
+        (self.samples, self.first) = (0, 0);
+        self.groups.clear();
+        self.rays_before = RayCounts::default();
         self.elapsed = Duration::ZERO;
         Ok(())
     }
@@ -141,7 +153,8 @@ impl Renderer {
         let start = Instant::now();
         let at_once = self.integrator.samples_at_once();
         // Models change between groups.
-        let unit = if self.learning.is_some() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
+        let is_apart = self.is_apart();
+        let unit = if self.learning.is_some() || is_apart { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
         let samples = most.min(unit - self.samples % unit);
         let rest = (self.samples + samples) % at_once;
         let samples = if rest < samples { samples - rest } else { samples };
@@ -150,9 +163,12 @@ impl Renderer {
         self.integrator.wavefront_mut().collect_times(&self.context)?;
         self.samples += samples;
         self.poll_training()?;
-        if samples > 0 && self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
+        if samples > 0 && is_apart && self.samples.is_multiple_of(SAMPLES_A_GROUP) {
             let taken = self.integrator.wavefront().take_film(&self.context)?;
-            self.sums.add(taken.iter().map(pixel_sums));
+            self.groups.insert(self.samples / SAMPLES_A_GROUP - 1, group_of(&taken));
+        } else if samples > 0 && self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
+            let taken = self.integrator.wavefront().take_film(&self.context)?;
+            self.sums.add(taken.par_iter().map(pixel_sums));
         }
         self.elapsed += start.elapsed();
         Ok(samples)
@@ -238,7 +254,7 @@ impl Renderer {
         let stop = self.run_rounds(time, interrupted);
         self.integrator.wavefront_mut().set_deadline(None);
         let stop = stop?;
-        if self.samples == 0 && self.was_cut {
+        if self.samples == self.first && self.was_cut {
             return Err(match stop {
                 Stop::Interrupted => RenderError::InterruptedAtOnce,
                 _ => RenderError::NoSampleInTime,
@@ -273,7 +289,8 @@ impl Renderer {
             }
             let error = estimate.error;
             self.elapsed = before + start.elapsed();
-            let progress = Progress { samples: self.samples, elapsed: self.elapsed, estimated_error: error };
+            let samples_here = self.samples - self.first;
+            let progress = Progress { samples: samples_here, elapsed: self.elapsed, estimated_error: error };
             if interrupted(&progress) || (self.was_cut && self.context.interrupted()) {
                 return Ok(Stop::Interrupted);
             }
@@ -301,11 +318,7 @@ impl Renderer {
 
     /// Host sums and what the device has not handed over yet.
     fn current_sums(&self) -> Result<FilmSums, RenderError> {
-        let mut sums = self.sums.clone();
-        if !self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-            sums.add(self.integrator.wavefront().film(&self.context)?.iter().map(pixel_sums));
-        }
-        Ok(sums)
+        Ok(self.film_state()?.into_sums())
     }
 
     /// The picture so far, with its layers.
@@ -339,7 +352,7 @@ impl Renderer {
     /// A lost device.
     pub fn glance(&self) -> Result<(Picture, Report), RenderError> {
         let sums = self.current_sums()?;
-        Ok((sums.picture(self.radiance_scale), self.status(&sums)?))
+        Ok((sums.picture(self.radiance_scale), self.status(sums.non_finite())?))
     }
 
     /// Samples of each pixel that were left out because they were not finite.
@@ -364,7 +377,7 @@ impl Renderer {
     /// A lost device.
     pub fn report(&self) -> Result<Report, RenderError> {
         let sums = self.current_sums()?;
-        Ok(Report { estimated_error: sums.estimated_error(), ..self.status(&sums)? })
+        Ok(Report { estimated_error: sums.estimated_error(), ..self.status(sums.non_finite())? })
     }
 
     /// As [`FilmSums::estimated_error`].
@@ -375,15 +388,16 @@ impl Renderer {
         Ok(self.current_sums()?.estimated_error())
     }
 
-    fn status(&self, sums: &FilmSums) -> Result<Report, RenderError> {
+    /// The report but for its estimate. `non_finite`: samples that were left out.
+    pub(super) fn status(&self, non_finite: u64) -> Result<Report, RenderError> {
         let mut report = self.report.clone();
-        report.samples = self.samples;
+        report.samples = self.samples - self.first;
         report.seconds = self.elapsed.as_secs_f64();
         report.pretracing_seconds = self.learning_time.tracing.as_secs_f64();
         report.preprocessing_seconds = self.learning_time.total.as_secs_f64();
         let wavefront = self.integrator.wavefront();
-        report.rays = wavefront.ray_counts(&self.context)?;
-        report.non_finite = sums.non_finite() + report.rays.non_finite_vertices;
+        report.rays = wavefront.ray_counts(&self.context)? + self.rays_before;
+        report.non_finite = non_finite + report.rays.non_finite_vertices;
         report.kernels = wavefront.kernel_times();
         report.compiled = wavefront.compiled().to_vec();
         report.memory = wavefront.buffers.sizes();

@@ -59,16 +59,7 @@ pub struct Origin {
     pub command_line: String,
 }
 
-/// Surfaces of a path on average from which on a user wants to know: roulette alone ends paths after twice as many.
-const DEEP: f64 = 120.0;
-
 impl Report {
-    /// Surfaces that a path meets on average, where they are so many that little else than chance ends paths.
-    pub fn deep_paths(&self) -> Option<f64> {
-        let mean = self.rays.closest_hit as f64 / self.rays.paths.max(1) as f64;
-        (mean > DEEP).then_some(mean)
-    }
-
     /// For [`Picture::metadata`]. `warnings` and `caveats` are there only where there are any.
     pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));

@@ -31,6 +31,11 @@ impl Model {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), SubspaceError> {
+        Ok(write_atomic(path, &self.to_bytes())?)
+    }
+
+    /// The bytes of its file.
+    pub fn to_bytes(&self) -> Vec<u8> {
         let payload = encode(self);
         let mut bytes = Vec::with_capacity(HEADER + 8 + payload.len());
         bytes.extend(MAGIC);
@@ -39,7 +44,7 @@ impl Model {
         bytes.extend((payload.len() as u64).to_le_bytes());
         bytes.extend(checksum(&bytes, &payload).to_le_bytes());
         bytes.extend(payload);
-        Ok(write_atomic(path, &bytes)?)
+        bytes
     }
 
     /// Reads a model of the scene with this hash.
@@ -60,9 +65,18 @@ impl Model {
     /// # Errors
     /// A file that cannot be read, is no model, is of another version, cut off or damaged.
     pub fn read(path: &Path) -> Result<Self, SubspaceError> {
+        let bytes =
+            std::fs::read(path).map_err(|cause| SubspaceError::Read { path: path.to_owned(), cause })?;
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// Reads the bytes of a file, which lie in the file at `path`.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, SubspaceError> {
         let at = || path.to_owned();
-        let bytes = std::fs::read(path).map_err(|cause| SubspaceError::Read { path: at(), cause })?;
-        let mut header = Reader(&bytes);
+        let mut header = Reader(bytes);
         if header.take(8) != Some(MAGIC) {
             return Err(SubspaceError::NotAModel { path: at() });
         }

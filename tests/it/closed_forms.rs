@@ -79,10 +79,10 @@ fn c04_furnace_sphere() {
 fn c04_furnace_that_absorbs_next_to_nothing() {
     let shot = render(&closed::furnace_box(0.999, 1.0), options([8, 8], 16));
     shot.channel(0).assert_mean("albedo .999", 1000.0, 3.6e-2);
-    let surfaces = shot.report.deep_paths().expect("paths of about 1000 surfaces");
+    let surfaces = shot.report.rays.deep_paths().expect("paths of about 1000 surfaces");
     assert!((900.0..1100.0).contains(&surfaces), "{surfaces}");
     // Ten surfaces are nothing to warn of.
-    assert_eq!(render(&closed::furnace_box(0.9, 1.0), options([12, 12], 8)).report.deep_paths(), None);
+    assert_eq!(render(&closed::furnace_box(0.9, 1.0), options([12, 12], 8)).report.rays.deep_paths(), None);
 }
 
 #[test]

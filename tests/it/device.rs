@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use halfway::device::shader::{SOURCES, stitch, stitch_text};
-use halfway::device::{BufferTable, DeviceError, Feature, Features};
+use halfway::device::uuid::{is_uuid, uuid};
+use halfway::device::{BufferTable, Context, DeviceChoice, DeviceError, Feature, Features};
 
 use crate::gpu;
 
@@ -125,4 +126,16 @@ fn memory_that_is_not_there_is_refused_with_its_sum() {
     );
     // What replaces a buffer does not add to it.
     buffers.create(&context, "first", 1 << 20).unwrap();
+}
+
+#[test]
+fn a_device_is_found_by_its_uuid() {
+    let found = uuid(&gpu::context().adapter).expect("a driver that tells it");
+    assert_eq!(found.len(), 36, "{found}");
+    let choice: DeviceChoice = format!("uuid:GPU-{}", found.to_uppercase()).parse().unwrap();
+    assert_eq!(uuid(&Context::new(&choice).expect("the same device").adapter), Some(found.clone()));
+    assert!(!is_uuid(&found, "6d1e3a0c-0000-0000-0000-000000000000"));
+    let none: DeviceChoice = "uuid:6d1e3a0c".parse().unwrap();
+    let said = Context::new(&none).err().expect("no such device").to_string();
+    assert!(said.contains(&format!("uuid:{found}")), "{said}");
 }

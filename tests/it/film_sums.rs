@@ -11,6 +11,7 @@ use halfway::integrator::View;
 use halfway::render::{Budget, RenderOptions, Renderer, pixel_sums};
 use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{Material, Scene};
+use rayon::prelude::*;
 
 use crate::gpu;
 
@@ -46,7 +47,7 @@ fn n18_sums_of_many_samples_do_not_stall() {
     let flushed = accumulated(&radiance, SAMPLES_A_FLUSH, SAMPLES_A_FLUSH);
     let mut sums = FilmSums::new(PIXELS, 1);
     for _ in 0..SAMPLES / SAMPLES_A_FLUSH {
-        sums.add(flushed.iter().map(pixel_sums));
+        sums.add(flushed.par_iter().map(pixel_sums));
     }
     let picture = sums.picture(1.0);
     for (rgb, pixel) in picture.rgb.iter().zip(&sums.pixels) {
@@ -126,7 +127,7 @@ fn variances_fit_their_layer_at_any_scale() {
             sums.iter().for_each(|&sum| pixel.add_group([sum, 2.0 * sum, 0.5 * sum], 8));
         }
         let mut film = FilmSums::new(2, 1);
-        film.add(pixels.into_iter());
+        film.add(pixels);
         film
     };
     let variances = |picture: &Picture| -> Vec<f64> {
@@ -188,13 +189,13 @@ fn earlier_samples_have_their_weight() {
     };
     let parts = [groups(&[40.0, 8.0, 24.0]), groups(&[12.0, 4.0]), groups(&[7.0, 9.0, 8.0, 12.0])];
     let mut film = FilmSums::new(1, 1);
-    film.add([parts[0]].into_iter());
+    film.add([parts[0]]);
     film.settle();
-    film.add([parts[1]].into_iter());
+    film.add([parts[1]]);
     film.weigh_earlier(0.25);
     film.settle();
     film.weigh_earlier(0.5);
-    film.add([parts[2]].into_iter());
+    film.add([parts[2]]);
     let weights = [0.125, 0.5, 1.0];
     let say = |part: usize| weights[part] * parts[part].count as f64;
     let whole: f64 = (0..3).map(say).sum();
@@ -207,12 +208,12 @@ fn earlier_samples_have_their_weight() {
     assert_eq!(picture.channel("samples", "Y").expect("a layer")[0], 72.0);
     // A single group has no variance of its own: with the right weights it scatters as the others.
     let mut film = FilmSums::new(1, 1);
-    film.add([parts[0]].into_iter());
+    film.add([parts[0]]);
     film.settle();
     film.weigh_earlier(0.5);
     let alone = film.picture(1.0).channel("variance", "R").expect("a layer")[0];
     assert!((f64::from(alone) / parts[0].variance(0) - 1.0).abs() < 1e-6);
-    film.add([groups(&[16.0])].into_iter());
+    film.add([groups(&[16.0])]);
     let more = film.picture(1.0).channel("variance", "R").expect("a layer")[0];
     // 12 samples' worth before, 8 more.
     assert!((f64::from(more / alone) - 12.0 / 20.0).abs() < 1e-6, "{more} {alone}");
@@ -229,7 +230,7 @@ fn black_pixels_are_believed_where_their_surroundings_are_sure() {
             pixel
         };
         let mut film = FilmSums::new(30, 30);
-        film.add((0..900).map(pixel));
+        film.add((0..900).map(pixel).collect::<Vec<_>>());
         film.estimated_error().expect("two groups")
     };
     // One sample in the whole picture has found the lamp.

@@ -43,7 +43,7 @@ impl PathArgs {
 /// What computes.
 #[derive(Args, Clone, Debug)]
 pub struct DeviceArgs {
-    /// Device by number or name as `halfway devices` lists them, or cpu; auto takes the fastest kind there is.
+    /// Device by number, name or uuid:UUID as `halfway devices` lists them, or cpu; auto takes the fastest kind there is.
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
     device: DeviceChoice,
 }

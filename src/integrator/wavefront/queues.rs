@@ -72,7 +72,7 @@ pub(super) fn create(
 }
 
 /// What was done so far, exactly.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RayCounts {
     /// Eye and light paths.
     pub paths: u64,
@@ -89,6 +89,34 @@ pub struct RayCounts {
     pub cache_overflows: u64,
     /// Light vertices of infinite or undefined weight, which connections by subspaces leave out.
     pub non_finite_vertices: u64,
+}
+
+/// Surfaces of a path on average from which on a user wants to know: roulette alone ends paths after twice as many.
+const DEEP: f64 = 120.0;
+
+impl RayCounts {
+    /// Surfaces that a path meets on average, where they are so many that little else than chance ends paths.
+    pub fn deep_paths(&self) -> Option<f64> {
+        let mean = self.closest_hit as f64 / self.paths.max(1) as f64;
+        (mean > DEEP).then_some(mean)
+    }
+}
+
+impl std::ops::Add for RayCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            paths: self.paths + other.paths,
+            closest_hit: self.closest_hit + other.closest_hit,
+            occlusion: self.occlusion + other.occlusion,
+            light_closest_hit: self.light_closest_hit + other.light_closest_hit,
+            light_occlusion: self.light_occlusion + other.light_occlusion,
+            light_vertices: self.light_vertices + other.light_vertices,
+            cache_overflows: self.cache_overflows + other.cache_overflows,
+            non_finite_vertices: self.non_finite_vertices + other.non_finite_vertices,
+        }
+    }
 }
 
 impl Wavefront {

@@ -1,0 +1,231 @@
+//! Renders that are kept on disk and go on from there, and renders of a portion of the samples.
+//!
+//! A render that goes on makes the picture of one that was never stopped, bit for bit, but for one that learns while it
+//! renders: which sample uses which round is up to the clock there, so that goes on by the model that it had.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::{LearningTime, Origin, RenderError, RenderOptions, Renderer};
+use crate::device::layout::SAMPLES_A_GROUP;
+use crate::film::Layer;
+use crate::film::checkpoint::{Header, Samples, SavedRender};
+use crate::film::state::FilmState;
+use crate::film::sums::SAMPLES_A_FLUSH;
+use crate::integrator::{Choice, RayCounts};
+use crate::math::fnv::fnv;
+use crate::scene::Camera;
+use crate::subspace::{Model, TrainingReport};
+
+/// What files of a render say that the render itself does not know.
+#[derive(Clone, Debug)]
+pub struct Keeping {
+    /// As [`picture_of`] has it.
+    pub picture: BTreeMap<String, String>,
+    pub origin: Origin,
+    /// See [`Header`].
+    pub command: Vec<String>,
+    pub folder: String,
+    /// Of a portion: the sample after its last.
+    pub end: Option<u32>,
+}
+
+/// Where a render stands, beside its film.
+#[derive(Debug, Serialize, Deserialize)]
+struct Run {
+    elapsed_ns: u64,
+    tracing_ns: u64,
+    learning_ns: u64,
+    next_round: u32,
+    rays: RayCounts,
+    /// Bits: JSON may round.
+    round_losses: Vec<u64>,
+    round_samples: Vec<u32>,
+    choices: Vec<Choice>,
+}
+
+/// What a picture is of and how it is made, by name: all that its samples depend on but the device.
+pub fn picture_of(scene_hash: u64, camera: &Camera, options: &RenderOptions) -> BTreeMap<String, String> {
+    let view = options.view;
+    let region = view.region();
+    let mut picture = BTreeMap::new();
+    let mut say = |name: &str, value: String| drop(picture.insert(name.to_owned(), value));
+    say("program", concat!("Halfway ", env!("CARGO_PKG_VERSION")).into());
+    say("scene", format!("{scene_hash:016x}"));
+    say("size", format!("{}x{}", view.width, view.height));
+    let part = [region.x, region.y, region.width, region.height, region.stride].map(|n| n.to_string());
+    say("part", part.join(","));
+    let Camera { name: _, position, right, up, forward, projection } = camera;
+    say("camera", format!("{position} {right} {up} {forward} {projection:?}"));
+    say("integrator", serde_json::to_string(&options.method).unwrap_or_default());
+    say("maximum depth", view.max_depth.map_or("none".into(), |depth| depth.to_string()));
+    say("roulette cap", view.roulette_cap.to_string());
+    say("seed", view.seed.to_string());
+    if let Some(strategy) = options.strategy {
+        say("strategy", format!("{strategy:?}"));
+    }
+    if options.method.plan().learns() {
+        say(
+            "model",
+            match &options.model {
+                Some(model) => hash(model),
+                None => serde_json::to_string(&options.training).unwrap_or_default(),
+            },
+        );
+    }
+    picture
+}
+
+/// Of all that a model says of the scene, not of how long it took to learn.
+fn hash(model: &Arc<Model>) -> String {
+    let model = Model { report: TrainingReport::default(), ..Model::clone(model) };
+    format!("{:016x}", fnv(&model.to_bytes()))
+}
+
+/// Says how the picture of a file differs from that of the options, and the device.
+fn differences(header: &Header, keeping: &Keeping) -> Vec<String> {
+    let none = String::from("not given");
+    let names = header
+        .picture
+        .keys()
+        .chain(keeping.picture.keys().filter(|name| !header.picture.contains_key(*name)));
+    let mut found: Vec<String> = names
+        .map(|name| {
+            let of = |picture: &BTreeMap<String, String>| picture.get(name).unwrap_or(&none).clone();
+            (name, of(&header.picture), of(&keeping.picture))
+        })
+        .filter(|(_, there, here)| there != here)
+        .map(|(name, there, here)| format!("{name} {there} there, {here} here"))
+        .collect();
+    if header.devices != [keeping.origin.device.clone()] {
+        found.push(format!("device {} there, {} here", header.devices.join(" and "), keeping.origin.device));
+    }
+    if header.samples.end != keeping.end {
+        let end =
+            |end: Option<u32>| end.map_or("no portion".into(), |end| format!("a portion up to sample {end}"));
+        found.push(format!("{} there, {} here", end(header.samples.end), end(keeping.end)));
+    }
+    found
+}
+
+impl Renderer {
+    /// Begins with this sample, which is the first of a group, in place of the first. Before the render has begun.
+    pub fn begin_at(&mut self, sample: u32) {
+        debug_assert!(self.samples == 0 && sample.is_multiple_of(SAMPLES_A_GROUP));
+        (self.samples, self.first) = (sample, sample);
+    }
+
+    /// The next sample is in a block whose first groups are not this render's: its groups are kept one by one.
+    pub(super) fn is_apart(&self) -> bool {
+        !self.first.is_multiple_of(SAMPLES_A_FLUSH)
+            && self.samples / SAMPLES_A_FLUSH == self.first / SAMPLES_A_FLUSH
+    }
+
+    /// All samples so far, wherever they lie.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn film_state(&self) -> Result<FilmState, RenderError> {
+        let unit = if self.is_apart() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
+        let mut open = BTreeMap::new();
+        if !self.samples.is_multiple_of(unit) {
+            open.insert(self.samples / SAMPLES_A_FLUSH, self.integrator.wavefront().film(&self.context)?);
+        }
+        Ok(FilmState { sums: self.sums.clone(), open, groups: self.groups.clone() })
+    }
+
+    /// What a file needs for the render to go on from here; with all `layers` of its picture, for a portion.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn saved(&mut self, keeping: &Keeping, layers: Vec<Layer>) -> Result<SavedRender, RenderError> {
+        let film = self.film_state()?;
+        let report = self.status(film.non_finite())?;
+        let nanoseconds = |time: Duration| time.as_nanos() as u64;
+        let run = Run {
+            elapsed_ns: nanoseconds(self.elapsed),
+            tracing_ns: nanoseconds(self.learning_time.tracing),
+            learning_ns: nanoseconds(self.learning_time.total),
+            next_round: self.next_round,
+            rays: report.rays,
+            round_losses: report.round_losses.iter().map(|loss| loss.to_bits()).collect(),
+            round_samples: report.round_samples.clone(),
+            choices: self.report.choices.clone(),
+        };
+        let header = Header {
+            picture: keeping.picture.clone(),
+            samples: Samples { first: self.first, next: self.samples, end: keeping.end },
+            size: [self.sums.width, self.sums.height],
+            // A power of two.
+            radiance_exponent: self.radiance_scale.log2().round() as i32,
+            devices: vec![keeping.origin.device.clone()],
+            command: keeping.command.clone(),
+            folder: keeping.folder.clone(),
+            metadata: report.metadata(&keeping.origin),
+            run: serde_json::to_value(run).unwrap_or_default(),
+        };
+        let model = self.model.as_ref().map(|model| model.to_bytes());
+        Ok(SavedRender { header, film, layers, model })
+    }
+
+    /// Goes on from there. The options are those of the render that wrote it, its model among them. Before the render has
+    /// begun.
+    ///
+    /// # Errors
+    /// A lost device, a file that does not say where its render stood.
+    pub fn go_on_from(&mut self, path: &Path, saved: SavedRender) -> Result<(), RenderError> {
+        let what = "where it stood";
+        let unknown = |_| RenderError::UnknownRun { path: path.to_owned(), what };
+        let run: Run = serde_json::from_value(saved.header.run).map_err(unknown)?;
+        let SavedRender {
+            film: FilmState { sums, mut open, groups }, header: Header { samples, .. }, ..
+        } = saved;
+        (self.first, self.samples) = (samples.first, samples.next);
+        if let Some(film) = open.remove(&(self.samples / SAMPLES_A_FLUSH)) {
+            self.integrator.wavefront().buffers.write(&self.context, "film", bytemuck::cast_slice(&film))?;
+        }
+        (self.sums, self.groups) = (sums, groups);
+        self.elapsed = Duration::from_nanos(run.elapsed_ns);
+        self.learning_time = LearningTime {
+            tracing: Duration::from_nanos(run.tracing_ns),
+            total: Duration::from_nanos(run.learning_ns),
+        };
+        self.next_round = run.next_round;
+        self.rays_before = run.rays;
+        self.report.round_losses = run.round_losses.into_iter().map(f64::from_bits).collect();
+        self.report.round_samples = run.round_samples;
+        self.report.choices = run.choices;
+        Ok(())
+    }
+}
+
+/// What the rays of a file's samples came to, from its [`Header::run`].
+pub fn rays_of(run: &serde_json::Value) -> RayCounts {
+    let parts = run.as_array().into_iter().flatten().map(rays_of);
+    let whole = serde_json::from_value(run["rays"].clone()).unwrap_or_default();
+    parts.fold(whole, |sum, rays| sum + rays)
+}
+
+/// Checks that a file is of the render that is asked for, and adds its model to the options.
+///
+/// # Errors
+/// Another render, with all that is different; a model that cannot be read.
+pub fn take_up(
+    path: &Path,
+    saved: &SavedRender,
+    keeping: &Keeping,
+    options: &mut RenderOptions,
+) -> Result<(), RenderError> {
+    let differences = differences(&saved.header, keeping);
+    if !differences.is_empty() {
+        return Err(RenderError::OtherRender { path: path.to_owned(), differences: differences.join("; ") });
+    }
+    if let Some(model) = &saved.model {
+        options.model = Some(Arc::new(Model::from_bytes(path, model)?));
+    }
+    Ok(())
+}
