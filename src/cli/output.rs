@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use super::saves::Saves;
 use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
+use crate::film::denoise::Denoiser;
 use crate::film::tonemap::ViewTransform;
 use crate::film::{Exposure, FilmError, Picture, exr, png, tev};
 use crate::render::{Origin, RenderError, Renderer, Report};
@@ -22,6 +23,8 @@ pub struct Output {
     pub view: ViewTransform,
     pub exposure: Exposure,
     pub save_every: Option<Duration>,
+    /// For the finished picture.
+    pub denoiser: Option<Denoiser>,
     pub viewer: Option<tev::Viewer>,
     /// In the viewer.
     pub title: String,
@@ -75,7 +78,8 @@ impl Output {
     /// Does all of it with the finished picture, each output by itself. Returns the error against the reference, where
     /// there is one.
     pub fn finish(&mut self, picture: Picture, report: &Report) -> Option<Checkpoint> {
-        let picture = self.described(picture, report);
+        let mut picture = self.described(picture, report);
+        self.denoise(&mut picture);
         let (mut failed, mut linear) = (false, false);
         for file in &self.files {
             let written = self.write(file, &picture);
@@ -96,6 +100,20 @@ impl Output {
             self.saves.report(&path, ended);
         }
         judged
+    }
+
+    /// Denoises the picture, where that is wanted. It is saved as it is before: a library that crashes takes nothing along.
+    fn denoise(&mut self, picture: &mut Picture) {
+        let Some(denoiser) = self.denoiser.as_mut() else { return };
+        for file in &self.files {
+            // What fails here fails once more, and is reported then.
+            let _ = write(file, picture, self.view, self.exposure);
+        }
+        let start = Instant::now();
+        match denoiser.add_to(picture) {
+            Ok(()) => log::info!("denoised in {:.2} s", start.elapsed().as_secs_f64()),
+            Err(error) => self.saves.fail(error),
+        }
     }
 
     /// With what its file says of how it was made.
@@ -131,10 +149,14 @@ impl Output {
     }
 
     fn write(&self, file: &Path, picture: &Picture) -> Result<(), FilmError> {
-        match is_png(file) {
-            true => png::write(file, picture, self.view, self.exposure.stops(picture)),
-            false => exr::write(file, picture),
-        }
+        write(file, picture, self.view, self.exposure)
+    }
+}
+
+fn write(file: &Path, picture: &Picture, view: ViewTransform, exposure: Exposure) -> Result<(), FilmError> {
+    match is_png(file) {
+        true => png::write(file, picture, view, exposure.stops(picture)),
+        false => exr::write(file, picture),
     }
 }
 

@@ -18,6 +18,7 @@ use super::saves::Saves;
 use super::trace::TraceArgs;
 use super::{CliError, Exit, strategies, summary, text};
 use crate::device::layout::SAMPLES_A_GROUP;
+use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::View;
 use crate::render::{
@@ -41,6 +42,13 @@ pub struct RenderArgs {
     /// metadata how they were made.
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
+    /// Denoise the finished picture with Open Image Denoise (`tools/setup --denoiser` installs it): a PNG shows the result, an
+    /// EXR has it as the layer denoised beside what was rendered.
+    ///
+    /// The layers albedo and normal are then those of what is seen in mirrors and through smooth glass. Pictures that are saved
+    /// on the way (--save-every) are not denoised.
+    #[arg(long)]
+    denoise: bool,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -94,6 +102,7 @@ pub struct RenderArgs {
 /// Bad input, no device, or a picture that cannot be written.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let files = args.files()?;
+    let denoiser = args.denoise.then(Denoiser::open).transpose()?;
     let viewer = args.tev.as_deref().map(tev::Viewer::connect).transpose()?;
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
@@ -126,6 +135,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         view: args.view.view,
         exposure: args.view.exposure,
         save_every: args.save_every,
+        denoiser,
         viewer,
         title: args.scene.scene.to_string_lossy().into_owned(),
         trace,
@@ -208,12 +218,13 @@ impl RenderArgs {
         }
         let picture = self.picture.options(scene, camera);
         // A PNG has no room for layers.
-        let layers = self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
+        let layers = self.denoise || self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
         Ok(RenderOptions {
             view: View { crop: self.crop, seed: self.seed.seed, ..picture.view },
             method,
             budget: Budget { samples, time: self.time.map(TimeLimit::Total), error: self.error },
             first_hit_layers: layers || !files.iter().all(|file| is_png(file)),
+            through_mirrors: self.denoise,
             timing: self.stats.is_some(),
             training: self.method.training()?,
             ..picture

@@ -44,6 +44,16 @@ pub enum FilmError {
          `halfway render` writes them, or leave that limit out"
     )]
     MetricUnknown { metric: String },
+    #[error(
+        "Open Image Denoise, which --denoise needs, is not to be had: run `tools/setup --denoiser`, or name its folder by \
+         HALFWAY_OIDN ({reason})"
+    )]
+    NoDenoiser { reason: String },
+    #[error(
+        "Open Image Denoise did not denoise the picture: {reason}; the picture is saved as it was rendered, without the \
+         layer `denoised`"
+    )]
+    Denoiser { reason: String },
     #[error("tev at {address}: {cause}; start the viewer first, or give its address with --tev HOST:PORT")]
     Viewer { address: String, cause: std::io::Error },
 }
@@ -58,7 +68,9 @@ impl FilmError {
             | Self::BlackReference
             | Self::NegativeReference { .. }
             | Self::MetricUnknown { .. } => Fault::Input,
-            Self::Write { .. } | Self::Viewer { .. } => Fault::Machine,
+            Self::Write { .. } | Self::Viewer { .. } | Self::NoDenoiser { .. } | Self::Denoiser { .. } => {
+                Fault::Machine
+            }
             Self::NonFinite { .. } => Fault::Defect,
         }
     }

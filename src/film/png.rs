@@ -8,16 +8,17 @@ use super::{Picture, write::write_atomic};
 use crate::film::FilmError;
 use crate::picture_file::PictureFileError;
 
-/// Writes what the picture looks like on a screen through `view` at `exposure` stops.
+/// Writes what the picture, [denoised](Picture::shown) where it is, looks like on a screen through `view` at `exposure` stops.
 ///
 /// # Errors
 /// [`FilmError::NonFinite`] when a pixel has no colour, [`FilmError::Write`] when the file cannot be written.
 pub fn write(path: &Path, picture: &Picture, view: ViewTransform, exposure: f32) -> Result<(), FilmError> {
-    let count = picture.rgb.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count();
+    let shown = picture.shown();
+    let count = shown.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count();
     if count > 0 {
         return Err(FilmError::NonFinite { path: path.to_owned(), count });
     }
-    let pixels: Vec<[u8; 3]> = picture.rgb.iter().map(|&radiance| pixel(radiance, view, exposure)).collect();
+    let pixels: Vec<[u8; 3]> = shown.iter().map(|&radiance| pixel(radiance, view, exposure)).collect();
     write_bytes(path, picture.width, picture.height, &pixels)
 }
 

@@ -46,6 +46,9 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
         ("film_accumulate", form),
         ("first_hit", form),
     ];
+    if !form.contains(Feature::LambertOnly) {
+        kernels.extend([("mirror_follow", form), ("first_hit", form.with(&[Feature::ThroughMirrors]))]);
+    }
     let lights = form.contains(Feature::Lights);
     if lights {
         kernels.extend([("shadow_advance", form), ("occlusion", form.with(&[Feature::AnyHit]))]);

@@ -57,6 +57,8 @@ pub struct Settings {
     pub strategy: Option<Strategy>,
     /// Prepare for [`Wavefront::first_hits`].
     pub first_hit: bool,
+    /// Albedo and normal are those of what is seen in mirrors and through smooth glass.
+    pub through_mirrors: bool,
     /// Time every kernel with the device's timestamps.
     pub timing: bool,
 }

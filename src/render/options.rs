@@ -20,6 +20,8 @@ pub struct RenderOptions {
     pub budget: Budget,
     /// Layers for albedo, normal and depth.
     pub first_hit_layers: bool,
+    /// Albedo and normal are those of what is seen in mirrors and through smooth glass, as a denoiser wants them.
+    pub through_mirrors: bool,
     /// Time every kernel.
     pub timing: bool,
     /// What `Method::SpcBpt` has learnt before; `None`: it learns from `training` first.

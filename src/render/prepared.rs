@@ -13,7 +13,7 @@ use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, RayCounts, Settings, integrator};
 use crate::render::RenderError;
-use crate::scene::{self, Scene, SceneFeatures};
+use crate::scene::{self, Material, Scene, SceneFeatures};
 use crate::training::{
     PreparedTrainer, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When, train,
 };
@@ -27,6 +27,8 @@ pub struct Uploaded {
     pub hash: u64,
     /// Of the scene's loader.
     warnings: Vec<String>,
+    /// There are mirrors or smooth glass.
+    has_mirrors: bool,
     triangles: usize,
     dropped_triangles: usize,
     accel_seconds: f64,
@@ -49,6 +51,7 @@ impl Uploaded {
             scene: DeviceScene::new(context, scene, &accel, features)?,
             hash: scene.content_hash(),
             warnings: scene.warnings.iter().map(ToString::to_string).collect(),
+            has_mirrors: scene.materials.iter().any(Material::is_delta),
             triangles: accel.triangles.len(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
@@ -108,6 +111,9 @@ impl Prepared {
             method: options.method,
             strategy: options.strategy,
             first_hit: options.first_hit_layers,
+            through_mirrors: options.through_mirrors
+                && uploaded.has_mirrors
+                && !device_scene.features.lambert_only,
             timing: options.timing,
         };
         let report = Report {

@@ -20,6 +20,7 @@ mod compare;
 mod culling;
 mod cut;
 mod degenerate;
+mod denoise;
 mod determinism;
 mod device;
 mod emissive_alpha;

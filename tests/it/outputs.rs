@@ -115,6 +115,7 @@ fn s04_outputs_choose_what_is_compiled_and_made() {
     whole.iter_mut().for_each(|names| names.sort());
     assert_eq!(exr, whole);
     assert_eq!(made(&case, &format!("-o a.png --tev {address}")), whole);
+    assert_eq!(made(&case, "-o a.png --denoise"), whole);
     // Subspaces have shades by the normals.
     for (arguments, first_hits) in [
         ("-i bdpt --max-depth 1 -o a.png", false),
