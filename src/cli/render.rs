@@ -110,8 +110,9 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
     let scene_hash = scene.content_hash();
+    let method = args.method.method()?;
     let mut options = args.options(&scene, camera, &files)?;
-    options.model = args.model.load(scene_hash, options.method)?;
+    options.model = args.model.load(scene_hash, method)?;
     let strategies = match args.strategies {
         Some(_) => strategies::list(options.method, options.view.max_depth)?,
         None => Vec::new(),
@@ -121,7 +122,12 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
 
     progress::install_interrupt();
     let context = progress::interruptible(&args.picture.device.open(quiet)?);
-    let mut renderer = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
+    let prepared = match method {
+        Some(_) => Prepared::new(&context, &scene, options)?,
+        None => Prepared::automatic(&context, &scene, options)?,
+    };
+    let options = prepared.options().clone();
+    let mut renderer = prepare(prepared, quiet)?;
     let origin = Origin {
         method: options.method,
         seed: options.view.seed,
@@ -212,7 +218,8 @@ impl RenderArgs {
         if self.spp == Some(0) {
             return Err(InputError::Usage("--spp takes at least 1 sample per pixel".into()));
         }
-        let method = self.method.method()?;
+        // What is chosen later has no settings, strategies or subspaces that could be asked for.
+        let method = self.method.method()?.unwrap_or_default();
         if let Some(debug) = self.debug {
             debug.check(method)?;
         }

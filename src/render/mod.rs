@@ -1,5 +1,6 @@
 //! From a scene and options to a picture: what comes before the first sample, the loop over rounds of samples, reports.
 
+mod auto;
 mod budget;
 mod caveats;
 mod error;
@@ -10,6 +11,7 @@ mod prepared;
 mod renderer;
 mod report;
 
+pub use auto::Automatic;
 pub use budget::{Budget, Estimate, Progress, Stop, TimeLimit};
 pub use error::RenderError;
 pub use layers::pixel_sums;

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
-use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
+use super::{Automatic, Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
@@ -83,15 +83,42 @@ impl Prepared {
     /// # Errors
     /// No such camera, a picture without pixels, or what the layers below report.
     pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
-        let camera = scene
-            .cameras
-            .get(options.camera)
-            .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
+        let camera = camera_of(scene, options.camera)?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
         let caveats = caveats(scene, camera, &options.method.plan());
         let mut prepared = Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)?;
         prepared.report.caveats = caveats;
         Ok(prepared)
+    }
+
+    /// As [`new`](Self::new), by the method that [`Automatic`] chooses: all else is as the options say, but that the pilot is
+    /// taken off a budget of time.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and those of the pilot.
+    pub fn automatic(
+        context: &Context,
+        scene: &Scene,
+        mut options: RenderOptions,
+    ) -> Result<Self, RenderError> {
+        let camera = camera_of(scene, options.camera)?;
+        check_region(&options.view.region(), options.view.width, options.view.height)?;
+        let uploaded = Uploaded::new(context, scene, options.features)?;
+        let chosen = match options.model {
+            Some(_) => Automatic::by_model(scene),
+            None => Automatic::choose(&uploaded, scene, camera, &options)?,
+        };
+        options.method = chosen.method;
+        options.budget.time = options.budget.time.map(|time| time.without(chosen.pilot));
+        let mut prepared = Self::of(&uploaded, camera, options)?;
+        prepared.report.caveats = caveats(scene, camera, &chosen.method.plan());
+        prepared.report.choices = chosen.choices;
+        Ok(prepared)
+    }
+
+    /// What is to be rendered, and how.
+    pub fn options(&self) -> &RenderOptions {
+        &self.options
     }
 
     /// A render of a scene that is on the device, from `camera`, whatever the options say of cameras.
@@ -304,6 +331,10 @@ impl Renderer {
     pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
         Prepared::new(context, scene, options)?.renderer()
     }
+}
+
+fn camera_of(scene: &Scene, wanted: usize) -> Result<&scene::Camera, RenderError> {
+    scene.cameras.get(wanted).ok_or(RenderError::NoCamera { wanted, count: scene.cameras.len() })
 }
 
 fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {

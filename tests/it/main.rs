@@ -4,6 +4,7 @@
 
 mod against_judge;
 mod alias;
+mod auto;
 mod bent_normals;
 mod bidirectional;
 mod bsdf;

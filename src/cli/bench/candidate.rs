@@ -46,6 +46,11 @@ impl Candidate {
             InputError::Usage(format!("the integrator '{label}': {}", line.join(" ")))
         })?;
         let (method, training) = (parsed.method.method()?, parsed.method.training()?);
+        let method = method.ok_or_else(|| {
+            InputError::Usage(format!(
+                "the integrator '{label}': benchmarks compare what was chosen, not the choice; name an integrator"
+            ))
+        })?;
         if training.when == Some(When::Meanwhile) {
             return Err(InputError::Usage(format!(
                 "the integrator '{label}': benchmarks stop a render's clock to compare its picture, and learning would go \

@@ -1,0 +1,187 @@
+//! `--integrator auto`: the integrator that will have the least error at the end of this budget.
+//!
+//! A pilot of a few thousand pixels renders by path tracing, whose kernels compile soonest, and tells how noisy this view is
+//! and how fast the device. What SPCBPT would make of the rest is predicted from that: it has first to learn, which takes
+//! about as many paths in every scene, and the noise that is left afterwards follows that of path tracing
+//! (docs/measurements.md, The integrator by itself). A pilot of its own would have to compile and to learn, which takes longer
+//! than a twentieth of most budgets.
+//!
+//! Where the budget is a number of samples no clock is asked, so that the same seed chooses alike; it then counts as the time
+//! that path tracing takes for these samples.
+
+use std::time::{Duration, Instant};
+
+use super::caveats::caustics;
+use super::{Budget, Prepared, RenderError, RenderOptions, Uploaded};
+use crate::film::Region;
+use crate::integrator::method::{Given, PATH, SPCBPT};
+use crate::integrator::{Choice, Method, View};
+use crate::scene::{Camera, Scene, SceneFeatures};
+
+/// What was chosen, and what it took.
+#[derive(Clone, Debug)]
+pub struct Automatic {
+    pub method: Method,
+    /// What it is and why.
+    pub choices: Vec<Choice>,
+    /// Of a budget of time this is spent.
+    pub pilot: Duration,
+}
+
+/// Shorter renders are over before learning would be worth its time, whatever the scene: camera paths, and seconds.
+const SHORT_PATHS: u64 = 1 << 21;
+const SHORT_TIME: Duration = Duration::from_secs(1);
+/// Pixels and samples of the pilot, which is 2^16 paths; two groups of samples know their variance.
+const PILOT_PIXELS: u32 = 1 << 12;
+const PILOT_SAMPLES: u32 = 16;
+/// Share of a budget of time that the pilot may take.
+const PILOT_SHARE: f64 = 0.05;
+/// Learning takes about as long as this many camera paths of path tracing, and what the host does meanwhile.
+const LEARNING_PATHS: f64 = 1.0e6;
+const LEARNING_SECONDS: f64 = 0.3;
+/// The same where no clock is asked.
+const LEARNING_PATHS_WITHOUT_CLOCK: f64 = 1.4e6;
+/// A picture of so small an error needs nothing better.
+const CLEAN: f64 = 0.002;
+
+impl Automatic {
+    /// Chooses for a render of `scene`, which is on the device, seen by `camera`, of which the options say all else. The pilot
+    /// does not take part in the picture: that is bit for bit the one of the integrator that was chosen.
+    ///
+    /// # Errors
+    /// As [`Prepared::renderer`].
+    pub fn choose(
+        uploaded: &Uploaded,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+    ) -> Result<Self, RenderError> {
+        let none = Duration::ZERO;
+        if !SceneFeatures::of(scene).lights() {
+            return Ok(Self::path("there is no light to learn from", none));
+        }
+        let Budget { samples, time, .. } = options.budget;
+        let pixels = f64::from(options.view.region().pixels());
+        let time = time.map(|limit| limit.duration());
+        let is_short = samples.is_some_and(|samples| f64::from(samples) * pixels < SHORT_PATHS as f64)
+            || time.is_some_and(|time| time < SHORT_TIME);
+        if is_short {
+            return Ok(Self::path("so short a render would be over before learning pays", none));
+        }
+        let pilot = Pilot::render(uploaded, camera, options, time)?;
+        let Some(sample_error) = pilot.sample_error else {
+            return Ok(Self::spcbpt(scene, "a pilot of path tracing found no light", pilot.time));
+        };
+        // Camera paths that path tracing would have in the end.
+        let limits = [
+            samples.map(|samples| f64::from(samples) * pixels),
+            time.map(|time| pilot.paths_per_second * time.saturating_sub(pilot.time).as_secs_f64()),
+            options.budget.error.map(|error| (sample_error / error).powi(2) * pixels),
+        ];
+        let paths = limits.into_iter().flatten().reduce(f64::min).unwrap_or(f64::INFINITY);
+        let learning = match time {
+            Some(_) => LEARNING_PATHS + LEARNING_SECONDS * pilot.paths_per_second,
+            None => LEARNING_PATHS_WITHOUT_CLOCK,
+        };
+        let by_path = sample_error / (paths / pixels).sqrt();
+        let left = 1.0 - learning / paths;
+        let by_spcbpt = if left > 0.0 { gain(sample_error) * by_path / left.sqrt() } else { f64::INFINITY };
+        let percent = |error: f64| match error.is_finite() {
+            true => format!("{:.1} %", 100.0 * error),
+            false => "no picture".into(),
+        };
+        let reason = format!(
+            "a pilot expects an error of {} by path and {} by spcbpt, which learns first",
+            percent(by_path),
+            percent(by_spcbpt)
+        );
+        Ok(match by_path < CLEAN || by_path <= by_spcbpt {
+            true => Self::path(reason, pilot.time),
+            false => Self::spcbpt(scene, reason, pilot.time),
+        })
+    }
+
+    /// For a picture that is looked at for as long as one likes.
+    pub fn without_end(scene: &Scene) -> Self {
+        match SceneFeatures::of(scene).lights() {
+            true => Self::spcbpt(scene, "it has the least error in the long run", Duration::ZERO),
+            false => Self::path("there is no light to learn from", Duration::ZERO),
+        }
+    }
+
+    /// SPCBPT, as there is a model of the scene.
+    pub fn by_model(scene: &Scene) -> Self {
+        Self::spcbpt(scene, "there is a model of the scene", Duration::ZERO)
+    }
+
+    fn path(reason: impl Into<String>, pilot: Duration) -> Self {
+        let method = (PATH.make)(&Given::default());
+        Self { method, choices: vec![Choice::new("integrator", PATH.name, reason)], pilot }
+    }
+
+    fn spcbpt(scene: &Scene, reason: impl Into<String>, pilot: Duration) -> Self {
+        let caustics = caustics(scene);
+        let method = (SPCBPT.make)(&Given { light_tracing: caustics.is_some(), ..Given::default() });
+        let mut choices = vec![Choice::new("integrator", SPCBPT.name, reason)];
+        choices.extend(caustics.map(|names| {
+            Choice::new("light tracing", "on", format!("smooth surfaces ({names}) bring light to others"))
+        }));
+        Self { method, choices, pilot }
+    }
+}
+
+/// The error of SPCBPT over that of path tracing in the same time, without learning: the noisier path tracing is, the more
+/// there is to gain. `sample_error`: of a single sample per pixel.
+fn gain(sample_error: f64) -> f64 {
+    (1.4 * sample_error.powf(-0.6)).min(0.8)
+}
+
+/// What a few pixels tell of path tracing.
+struct Pilot {
+    /// Estimated error of one sample per pixel; `None` where no light was found.
+    sample_error: Option<f64>,
+    paths_per_second: f64,
+    time: Duration,
+}
+
+impl Pilot {
+    fn render(
+        uploaded: &Uploaded,
+        camera: &Camera,
+        options: &RenderOptions,
+        time: Option<Duration>,
+    ) -> Result<Self, RenderError> {
+        let options = RenderOptions {
+            view: View { crop: Some(few_pixels(options.view.region())), ..options.view },
+            method: (PATH.make)(&Given::default()),
+            budget: Budget { samples: Some(PILOT_SAMPLES), ..Budget::default() },
+            first_hit_layers: false,
+            timing: false,
+            model: None,
+            ..options.clone()
+        };
+        let mut renderer = Prepared::of(uploaded, camera, options)?.renderer()?;
+        let start = Instant::now();
+        let most = time.map(|time| time.mul_f64(PILOT_SHARE));
+        renderer.run(|_| most.is_some_and(|most| start.elapsed() >= most))?;
+        let samples = f64::from(renderer.samples());
+        let report = renderer.report()?;
+        Ok(Self {
+            sample_error: report.estimated_error.map(|error| error * samples.sqrt()),
+            paths_per_second: report.rays.paths as f64 / report.seconds,
+            time: start.elapsed(),
+        })
+    }
+}
+
+/// A lattice of pixels of a region, enough to know its noise.
+fn few_pixels(region: Region) -> Region {
+    let step = (f64::from(region.pixels()) / f64::from(PILOT_PIXELS)).sqrt().ceil().max(1.0) as u32;
+    let lattice = Region::lattice(region.width, region.height, step);
+    Region {
+        x: region.x + lattice.x * region.stride,
+        y: region.y + lattice.y * region.stride,
+        stride: lattice.stride * region.stride,
+        ..lattice
+    }
+}
