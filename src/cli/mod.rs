@@ -9,6 +9,7 @@ mod error;
 mod exit;
 mod info;
 mod output;
+mod passes;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;

@@ -7,6 +7,8 @@ use super::saves::Saves;
 use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
 use crate::film::denoise::Denoiser;
+use crate::film::exr::Coding;
+use crate::film::png::Depth;
 use crate::film::tonemap::ViewTransform;
 use crate::film::{Exposure, FilmError, Picture, exr, png, tev};
 use crate::render::{Origin, RenderError, Renderer, Report};
@@ -14,14 +16,24 @@ use crate::render::{Origin, RenderError, Renderer, Report};
 /// Between two pictures for a viewer.
 const VIEW_EVERY: Duration = Duration::from_secs(1);
 
+/// How pictures are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Format {
+    /// Of .exr files.
+    pub coding: Coding,
+    /// Of .png files.
+    pub depth: Depth,
+    pub view: ViewTransform,
+    pub exposure: Exposure,
+}
+
 /// All that is to be done with a picture.
 pub struct Output {
     /// .exr or .png.
     pub files: Vec<PathBuf>,
     /// How the files came to be.
     pub origin: Origin,
-    pub view: ViewTransform,
-    pub exposure: Exposure,
+    pub format: Format,
     pub save_every: Option<Duration>,
     /// For the finished picture.
     pub denoiser: Option<Denoiser>,
@@ -107,7 +119,7 @@ impl Output {
         let Some(denoiser) = self.denoiser.as_mut() else { return };
         for file in &self.files {
             // What fails here fails once more, and is reported then.
-            let _ = write(file, picture, self.view, self.exposure);
+            let _ = write(file, picture, &self.format);
         }
         let start = Instant::now();
         match denoiser.add_to(picture) {
@@ -149,14 +161,14 @@ impl Output {
     }
 
     fn write(&self, file: &Path, picture: &Picture) -> Result<(), FilmError> {
-        write(file, picture, self.view, self.exposure)
+        write(file, picture, &self.format)
     }
 }
 
-fn write(file: &Path, picture: &Picture, view: ViewTransform, exposure: Exposure) -> Result<(), FilmError> {
+fn write(file: &Path, picture: &Picture, format: &Format) -> Result<(), FilmError> {
     match is_png(file) {
-        true => png::write(file, picture, view, exposure.stops(picture)),
-        false => exr::write(file, picture),
+        true => png::write_as(file, picture, format.view, format.exposure.stops(picture), format.depth),
+        false => exr::write_as(file, picture, &format.coding),
     }
 }
 

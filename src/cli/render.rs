@@ -8,15 +8,15 @@ use clap::Args;
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, default_output, parse_crop, parse_duration, say_what_is_missing,
-    try_output, try_output_folder,
+    CameraArgs, InputError, OutputArgs, SceneArgs, default_output, parse_crop, parse_duration,
+    say_what_is_missing, try_output, try_output_folder,
 };
 use super::debug::Debug;
-use super::output::{Output, is_png};
+use super::output::{Format, Output, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
-use super::{CliError, Exit, strategies, summary, text};
+use super::{CliError, Exit, passes, strategies, summary, text};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
@@ -42,13 +42,8 @@ pub struct RenderArgs {
     /// metadata how they were made.
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
-    /// Denoise the finished picture with Open Image Denoise (`tools/setup --denoiser` installs it): a PNG shows the result, an
-    /// EXR has it as the layer denoised beside what was rendered.
-    ///
-    /// The layers albedo and normal are then those of what is seen in mirrors and through smooth glass. Pictures that are saved
-    /// on the way (--save-every) are not denoised.
-    #[arg(long)]
-    denoise: bool,
+    #[command(flatten)]
+    outputs: OutputArgs,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -102,7 +97,7 @@ pub struct RenderArgs {
 /// Bad input, no device, or a picture that cannot be written.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let files = args.files()?;
-    let denoiser = args.denoise.then(Denoiser::open).transpose()?;
+    let denoiser = args.outputs.denoise.then(Denoiser::open).transpose()?;
     let viewer = args.tev.as_deref().map(tev::Viewer::connect).transpose()?;
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
@@ -117,6 +112,8 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         Some(_) => strategies::list(options.method, options.view.max_depth)?,
         None => Vec::new(),
     };
+    let groups = if args.outputs.light_groups { passes::groups(&scene)? } else { Vec::new() };
+    args.check_passes()?;
     let shown = options.view.region();
     let trace = args.trace.open([shown.width, shown.height])?;
 
@@ -126,7 +123,14 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         Some(_) => Prepared::new(&context, &scene, options)?,
         None => Prepared::automatic(&context, &scene, options)?,
     };
-    let options = prepared.options().clone();
+    let mut options = prepared.options().clone();
+    let prepared = match groups.first() {
+        Some(first) => {
+            options = passes::of_group(&options, &scene, groups.len());
+            Prepared::new(&context, &first.alone(&scene), options.clone())?
+        }
+        None => prepared,
+    };
     let mut renderer = prepare(prepared, quiet)?;
     let origin = Origin {
         method: options.method,
@@ -138,8 +142,12 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let mut output = Output {
         files,
         origin,
-        view: args.view.view,
-        exposure: args.view.exposure,
+        format: Format {
+            coding: args.outputs.coding(),
+            depth: args.outputs.depth(),
+            view: args.view.view,
+            exposure: args.view.exposure,
+        },
         save_every: args.save_every,
         denoiser,
         viewer,
@@ -152,12 +160,18 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     };
     let meter = meter(quiet, &options.budget, renderer.learning_time().total);
     let stop = render(&mut renderer, &mut output, meter, &options.budget)?;
-    let report = renderer.report()?;
-    let picture = renderer.picture()?;
+    let mut report = renderer.report()?;
+    let mut picture = renderer.picture()?;
+    if !groups.is_empty() {
+        picture = passes::add_groups(&context, &scene, &groups, &options, picture, &mut report)?;
+    }
+    if args.outputs.direct() {
+        passes::add_direct(&context, &scene, &options, &mut picture, &mut report)?;
+    }
     let infinite = picture.rgb.iter().flatten().filter(|channel| !channel.is_finite()).count();
-    let stops = output.exposure.stops(&picture);
-    let lost = Lost::judge(&picture, output.view, stops);
-    output.exposure = Exposure::Stops(stops);
+    let stops = output.format.exposure.stops(&picture);
+    let lost = Lost::judge(&picture, output.format.view, stops);
+    output.format.exposure = Exposure::Stops(stops);
     let judged = output.finish(picture, &report);
     let Output { files, mut saves, .. } = output;
 
@@ -209,6 +223,25 @@ impl RenderArgs {
         Ok(files)
     }
 
+    /// What is rendered in several passes has no picture on the way, and none of one method and one model.
+    fn check_passes(&self) -> Result<(), InputError> {
+        let flags = [
+            ("--error", self.error.is_some()),
+            ("--save-every", self.save_every.is_some()),
+            ("--tev", self.tev.is_some()),
+            ("--trace-error", self.trace.is_given()),
+            ("--strategies", self.strategies.is_some()),
+            ("--debug", self.debug.is_some()),
+            ("--model", self.model.is_given()),
+        ];
+        match flags.into_iter().find(|&(_, given)| given && self.outputs.light_groups) {
+            Some((flag, _)) => Err(InputError::Usage(format!(
+                "--light-groups renders lights one after the other, which does not go together with {flag}; leave one out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
     fn options(&self, scene: &Scene, camera: usize, files: &[PathBuf]) -> Result<RenderOptions, InputError> {
         let no_limit = self.spp.is_none() && self.time.is_none() && self.error.is_none();
         let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { self.spp };
@@ -225,17 +258,19 @@ impl RenderArgs {
         }
         let picture = self.picture.options(scene, camera);
         // A PNG has no room for layers.
-        let layers = self.denoise || self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
-        Ok(RenderOptions {
+        let layers =
+            self.outputs.denoise || self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
+        let linear = !files.iter().all(|file| is_png(file));
+        let options = RenderOptions {
             view: View { crop: self.crop, seed: self.seed.seed, ..picture.view },
             method,
             budget: Budget { samples, time: self.time.map(TimeLimit::Total), error: self.error },
-            first_hit_layers: layers || !files.iter().all(|file| is_png(file)),
-            through_mirrors: self.denoise,
+            first_hit_layers: layers || linear,
             timing: self.stats.is_some(),
             training: self.method.training()?,
             ..picture
-        })
+        };
+        self.outputs.apply(options, linear)
     }
 
     /// How the program ends after a picture was written. `infinite`: values in it that f32 cannot hold.

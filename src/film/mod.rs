@@ -2,6 +2,7 @@
 
 pub mod average;
 pub mod contact_sheet;
+pub mod cryptomatte;
 pub mod denoise;
 mod error;
 mod estimate;

@@ -11,8 +11,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::caveats::caustics;
-use super::{Budget, Prepared, RenderError, RenderOptions, Uploaded};
+use super::caveats::{caustics, caveats};
+use super::prepared::{camera_of, check_region};
+use super::{Budget, Prepared, RenderError, RenderOptions, SeenLayers, Uploaded};
+use crate::device::Context;
 use crate::film::Region;
 use crate::integrator::method::{Given, PATH, SPCBPT};
 use crate::integrator::{Choice, Method, View};
@@ -130,6 +132,33 @@ impl Automatic {
     }
 }
 
+impl Prepared {
+    /// As [`new`](Self::new), by the method that [`Automatic`] chooses, or one that takes the options' model: all else is as the
+    /// options say, but that the pilot is taken off a budget of time.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and those of the pilot.
+    pub fn automatic(
+        context: &Context,
+        scene: &Scene,
+        mut options: RenderOptions,
+    ) -> Result<Self, RenderError> {
+        let camera = camera_of(scene, options.camera)?;
+        check_region(&options.view.region(), options.view.width, options.view.height)?;
+        let uploaded = Uploaded::for_layers(context, scene, options.features, options.seen)?;
+        let chosen = match options.model {
+            Some(_) => Automatic::by_model(scene),
+            None => Automatic::choose(&uploaded, scene, camera, &options)?,
+        };
+        options.method = chosen.method;
+        options.budget.time = options.budget.time.map(|time| time.without(chosen.pilot));
+        let mut prepared = Self::of(&uploaded, camera, options)?;
+        prepared.report.caveats = caveats(scene, camera, &chosen.method.plan());
+        prepared.report.choices = chosen.choices;
+        Ok(prepared)
+    }
+}
+
 /// The error of SPCBPT over that of path tracing in the same time, without learning: the noisier path tracing is, the more
 /// there is to gain. `sample_error`: of a single sample per pixel.
 fn gain(sample_error: f64) -> f64 {
@@ -156,6 +185,7 @@ impl Pilot {
             method: (PATH.make)(&Given::default()),
             budget: Budget { samples: Some(PILOT_SAMPLES), ..Budget::default() },
             first_hit_layers: false,
+            seen: SeenLayers::default(),
             timing: false,
             model: None,
             ..options.clone()

@@ -10,6 +10,7 @@ mod options;
 mod prepared;
 mod renderer;
 mod report;
+mod seen;
 
 pub use auto::Automatic;
 pub use budget::{Budget, Estimate, Progress, Stop, TimeLimit};
@@ -19,3 +20,4 @@ pub use options::RenderOptions;
 pub use prepared::{Prepared, Uploaded};
 pub use renderer::{LearningTime, Renderer};
 pub use report::{Origin, Report};
+pub use seen::SeenLayers;

@@ -1,10 +1,12 @@
 //! What comes before the first sample: the scene goes to the device, and the method learns.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
-use super::{Automatic, Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
+use super::seen::{Seen, SeenLayers, Surfaces};
+use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
@@ -32,6 +34,8 @@ pub struct Uploaded {
     triangles: usize,
     dropped_triangles: usize,
     accel_seconds: f64,
+    /// Where layers need them.
+    surfaces: Option<Arc<Surfaces>>,
 }
 
 impl Uploaded {
@@ -44,6 +48,19 @@ impl Uploaded {
         scene: &Scene,
         features: Option<SceneFeatures>,
     ) -> Result<Self, RenderError> {
+        Self::for_layers(context, scene, features, SeenLayers::default())
+    }
+
+    /// As [`new`](Self::new), with what pictures with such layers need.
+    ///
+    /// # Errors
+    /// What the layers below report.
+    pub fn for_layers(
+        context: &Context,
+        scene: &Scene,
+        features: Option<SceneFeatures>,
+        layers: SeenLayers,
+    ) -> Result<Self, RenderError> {
         let accel = Accel::build(scene)?;
         let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         Ok(Self {
@@ -55,6 +72,7 @@ impl Uploaded {
             triangles: accel.triangles.len(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
+            surfaces: layers.any().then(|| Arc::new(Surfaces::new(scene, &accel, layers))),
         })
     }
 
@@ -73,8 +91,9 @@ pub struct Prepared {
     camera: Camera,
     settings: Settings,
     warm_start: Option<WarmStart>,
+    surfaces: Option<Arc<Surfaces>>,
     learning_time: LearningTime,
-    report: Report,
+    pub(super) report: Report,
 }
 
 impl Prepared {
@@ -86,33 +105,12 @@ impl Prepared {
         let camera = camera_of(scene, options.camera)?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
         let caveats = caveats(scene, camera, &options.method.plan());
-        let mut prepared = Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)?;
+        let mut prepared = Self::of(
+            &Uploaded::for_layers(context, scene, options.features, options.seen)?,
+            camera,
+            options,
+        )?;
         prepared.report.caveats = caveats;
-        Ok(prepared)
-    }
-
-    /// As [`new`](Self::new), by the method that [`Automatic`] chooses: all else is as the options say, but that the pilot is
-    /// taken off a budget of time.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new), and those of the pilot.
-    pub fn automatic(
-        context: &Context,
-        scene: &Scene,
-        mut options: RenderOptions,
-    ) -> Result<Self, RenderError> {
-        let camera = camera_of(scene, options.camera)?;
-        check_region(&options.view.region(), options.view.width, options.view.height)?;
-        let uploaded = Uploaded::new(context, scene, options.features)?;
-        let chosen = match options.model {
-            Some(_) => Automatic::by_model(scene),
-            None => Automatic::choose(&uploaded, scene, camera, &options)?,
-        };
-        options.method = chosen.method;
-        options.budget.time = options.budget.time.map(|time| time.without(chosen.pilot));
-        let mut prepared = Self::of(&uploaded, camera, options)?;
-        prepared.report.caveats = caveats(scene, camera, &chosen.method.plan());
-        prepared.report.choices = chosen.choices;
         Ok(prepared)
     }
 
@@ -138,6 +136,7 @@ impl Prepared {
             method: options.method,
             strategy: options.strategy,
             first_hit: options.first_hit_layers,
+            transparent: options.transparent,
             through_mirrors: options.through_mirrors
                 && uploaded.has_mirrors
                 && !device_scene.features.lambert_only,
@@ -176,6 +175,7 @@ impl Prepared {
             scene: device_scene.clone(),
             settings,
             warm_start: None,
+            surfaces: uploaded.surfaces.clone(),
             learning_time: LearningTime::default(),
             report,
             options,
@@ -281,8 +281,18 @@ impl Prepared {
             Some(When::Meanwhile) => trainer = Some(self.begin_to_learn()?),
             None => {}
         }
-        let Self { context, scene_hash, options, scene, camera, settings, learning_time, mut report, .. } =
-            self;
+        let Self {
+            context,
+            scene_hash,
+            options,
+            scene,
+            camera,
+            settings,
+            surfaces,
+            learning_time,
+            mut report,
+            ..
+        } = self;
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
@@ -309,6 +319,7 @@ impl Prepared {
             learning: trainer.map(PreparedTrainer::start).transpose()?,
             next_round: SAMPLES_PER_ROUND,
             first_hits: None,
+            seen: surfaces.map(Seen::new),
             samples: 0,
             elapsed: Duration::ZERO,
             last_sample: Duration::ZERO,
@@ -333,11 +344,11 @@ impl Renderer {
     }
 }
 
-fn camera_of(scene: &Scene, wanted: usize) -> Result<&scene::Camera, RenderError> {
+pub(super) fn camera_of(scene: &Scene, wanted: usize) -> Result<&scene::Camera, RenderError> {
     scene.cameras.get(wanted).ok_or(RenderError::NoCamera { wanted, count: scene.cameras.len() })
 }
 
-fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
+pub(super) fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
     let end = |first: u32, count: u32| {
         u64::from(first) + u64::from(count.saturating_sub(1)) * u64::from(region.stride) + 1
     };

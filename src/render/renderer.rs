@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::budget::{Budget, Estimate, Progress, Stop};
 use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers, pixel_sums};
+use super::seen::Seen;
 use super::{RenderError, RenderOptions, Report};
 use crate::accel::UnitSpace;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
@@ -45,6 +46,7 @@ pub struct Renderer {
     pub(super) next_round: u32,
     /// Once they were asked for.
     pub(super) first_hits: Option<Vec<FirstHitPixel>>,
+    pub(super) seen: Option<Seen>,
     pub(super) samples: u32,
     pub(super) elapsed: Duration,
     /// Time of the last sample, where a picture has more pixels than the queues hold.
@@ -92,6 +94,9 @@ impl Renderer {
         self.integrator.wavefront_mut().reset(&self.context)?;
         self.sums = FilmSums::new(self.sums.width, self.sums.height);
         self.report.round_samples.clear();
+        if let Some(seen) = &mut self.seen {
+            seen.forget();
+        }
         self.samples = 0;
         self.elapsed = Duration::ZERO;
         Ok(())
@@ -313,6 +318,14 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn picture(&mut self) -> Result<Picture, RenderError> {
+        // Layers are part of what is saved after an interrupt.
+        self.integrator.wavefront_mut().hold(true);
+        let picture = self.with_layers();
+        self.integrator.wavefront_mut().hold(false);
+        picture
+    }
+
+    fn with_layers(&mut self) -> Result<Picture, RenderError> {
         let mut picture = self.radiance()?;
         if self.options.first_hit_layers {
             let hits = match self.first_hits.take() {
@@ -321,6 +334,9 @@ impl Renderer {
             };
             picture.layers.extend(first_hit_layers(&hits, &self.unit));
             self.first_hits = Some(hits);
+        }
+        if let Some(seen) = &mut self.seen {
+            seen.add_to(&mut picture, self.samples, self.integrator.wavefront_mut(), &self.context)?;
         }
         Ok(picture)
     }

@@ -91,6 +91,7 @@ impl TrainingTask {
                 timing: false,
                 first_hit: false,
                 through_mirrors: false,
+                transparent: false,
                 ..settings
             },
             scene_hash,

@@ -18,6 +18,7 @@ mod command_page;
 mod command_train;
 mod command_warnings;
 mod compare;
+mod composite;
 mod culling;
 mod cut;
 mod degenerate;

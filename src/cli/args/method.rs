@@ -334,6 +334,11 @@ pub struct ModelArgs {
 }
 
 impl ModelArgs {
+    /// A model is named.
+    pub fn is_given(&self) -> bool {
+        self.model.is_some()
+    }
+
     /// Reads the model, if one is named. Without a method it will be one that takes the model.
     ///
     /// # Errors

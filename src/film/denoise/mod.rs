@@ -22,16 +22,16 @@ pub const LAYER: &str = "denoised";
 const TILE: u32 = 4096;
 /// Pixels around a tile that it is filtered with: more than the filter looks at, 174 across.
 const MARGIN: u32 = 128;
-/// Pixels along an edge at least: what is smaller is continued by its last row and column, since the library takes for black
-/// what it fills up itself.
-const LEAST: u32 = 64;
+/// Pixels that a picture is continued by at its edges, mirrored: the library takes for black what it fills up itself, and
+/// changes pixels at the edge for it.
+const BORDER: u32 = 32;
 
 /// The opened library.
 pub struct Denoiser {
     library: Library,
     /// Once it was needed.
     device: Option<Device>,
-    /// Pixels along an edge of a tile.
+    /// Pixels along an edge of a tile, a multiple of 16: the filter halves pictures four times.
     pub tile: u32,
 }
 
@@ -123,8 +123,8 @@ impl Denoiser {
         let device = self.device().map_err(|error| error.to_string())?;
         let mut result = vec![[0.0; 3]; colors.len()];
         for (tile, wide) in tiles(picture.width, picture.height, edge) {
-            let [width, height] = [wide.width.max(LEAST) as usize, wide.height.max(LEAST) as usize];
-            let cut = |values: &[[f32; 3]]| cut(values, picture.width, &wide, [width, height]);
+            let [width, height] = wide.size;
+            let cut = |values: &[[f32; 3]]| wide.cut(values, picture.width, picture.height);
             let mut images = vec![(c"color", cut(&colors))];
             for (name, values) in &layers {
                 let Some(values) = values.as_deref().map(cut) else { continue };
@@ -150,7 +150,7 @@ impl Denoiser {
             };
             let denoised = device.run(&job)?;
             for y in 0..tile.height {
-                let from = (tile.y - wide.y + y) as usize * width + (tile.x - wide.x) as usize;
+                let from = wide.index(tile.x, tile.y + y);
                 let to = (tile.y + y) as usize * picture.width as usize + tile.x as usize;
                 let count = tile.width as usize;
                 result[to..to + count].copy_from_slice(&denoised[from..from + count]);
@@ -165,24 +165,50 @@ fn finite_or_zero(value: f32) -> f32 {
     if value.is_finite() { value } else { 0.0 }
 }
 
-/// The tiles of a picture, each with the part that it is filtered with.
-fn tiles(width: u32, height: u32, edge: u32) -> impl Iterator<Item = (Region, Region)> {
+/// A part of a picture, or of its mirrored continuation.
+struct Window {
+    /// Column and row of its first pixel.
+    first: [i64; 2],
+    size: [usize; 2],
+}
+
+impl Window {
+    /// The window around `count` pixels from `first` on, of `length` along an axis: where it begins, and its size.
+    fn axis(first: u32, count: u32, length: u32) -> (i64, usize) {
+        let before = if first == 0 { BORDER } else { MARGIN };
+        let after = if first + count == length { BORDER } else { MARGIN };
+        (i64::from(first) - i64::from(before), (before + count + after) as usize)
+    }
+
+    /// Where it has a pixel of the picture.
+    fn index(&self, x: u32, y: u32) -> usize {
+        let [column, row] = [i64::from(x) - self.first[0], i64::from(y) - self.first[1]];
+        row as usize * self.size[0] + column as usize
+    }
+
+    /// Its pixels, of a picture of that size.
+    fn cut(&self, values: &[[f32; 3]], width: u32, height: u32) -> Vec<[f32; 3]> {
+        let mirrored = |at: i64, length: u32| {
+            let length = i64::from(length);
+            let at = at.rem_euclid(2 * length);
+            (if at < length { at } else { 2 * length - 1 - at }) as usize
+        };
+        let columns: Vec<usize> =
+            (0..self.size[0]).map(|x| mirrored(self.first[0] + x as i64, width)).collect();
+        let rows = (0..self.size[1]).map(|y| mirrored(self.first[1] + y as i64, height) * width as usize);
+        rows.flat_map(|row| columns.iter().map(move |column| values[row + column])).collect()
+    }
+}
+
+/// The tiles of a picture, each with the window that it is filtered in.
+fn tiles(width: u32, height: u32, edge: u32) -> impl Iterator<Item = (Region, Window)> {
     let starts = move |length: u32| (0..length).step_by(edge as usize);
     starts(height).flat_map(move |y| {
         starts(width).map(move |x| {
             let tile = Region::new(x, y, edge.min(width - x), edge.min(height - y));
-            let [left, top] = [x, y].map(|start| start.saturating_sub(MARGIN));
-            let [right, bottom] =
-                [(x + tile.width + MARGIN).min(width), (y + tile.height + MARGIN).min(height)];
-            (tile, Region::new(left, top, right - left, bottom - top))
+            let (left, columns) = Window::axis(x, tile.width, width);
+            let (top, rows) = Window::axis(y, tile.height, height);
+            (tile, Window { first: [left, top], size: [columns, rows] })
         })
     })
-}
-
-/// A part of a picture of that many columns, continued to a size.
-fn cut(values: &[[f32; 3]], columns: u32, region: &Region, [width, height]: [usize; 2]) -> Vec<[f32; 3]> {
-    let inside = |at: usize, first: u32, count: u32| first as usize + at.min(count as usize - 1);
-    let row = |y: usize| inside(y, region.y, region.height) * columns as usize;
-    let pixel = |x: usize, y: usize| values[row(y) + inside(x, region.x, region.width)];
-    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
 }

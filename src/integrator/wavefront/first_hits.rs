@@ -1,6 +1,6 @@
 //! What the camera sees first, for layers beside the picture.
 
-use crate::device::layout::{Counts, FirstHitPixel};
+use crate::device::layout::{Counts, FirstHitPixel, Hit, NO_TRIANGLE};
 use crate::device::{Bound, Context, DeviceError};
 
 use super::{Extent, Wavefront, record, total};
@@ -39,6 +39,37 @@ impl Wavefront {
         self.aside += total(self.counts(context)?.closest_total) - before;
         let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FirstHitPixel>() as u64;
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
+    }
+
+    /// What the camera's rays of samples `first .. first + samples` meet, in order for each pixel: `visit` gets the pixel, and
+    /// nothing where they leave the scene. None of these rays is counted or timed.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn camera_hits(
+        &mut self,
+        context: &Context,
+        first: u32,
+        samples: u32,
+        mut visit: impl FnMut(usize, Option<&Hit>),
+    ) -> Result<(), DeviceError> {
+        let timing = self.timing.take();
+        let before = total(self.counts(context)?.closest_total);
+        for batch in self.batches(first, samples) {
+            let paths = batch.pixel_count * batch.sample_count;
+            let mut encoder = self.start(context, &batch, &self.camera_rays.clone())?;
+            record(&mut encoder, &mut None, &self.closest_hit[0], Extent::Count(paths));
+            context.queue.submit([encoder.finish()]);
+            let bytes = u64::from(paths) * size_of::<Hit>() as u64;
+            let hits: Vec<Hit> = bytemuck::pod_collect_to_vec(&self.buffers.read(context, "hits", bytes)?);
+            for (path, hit) in hits.iter().enumerate() {
+                let pixel = batch.first_pixel as usize + path % batch.pixel_count as usize;
+                visit(pixel, Some(hit).filter(|hit| hit.triangle != NO_TRIANGLE));
+            }
+        }
+        self.timing = timing;
+        self.aside += total(self.counts(context)?.closest_total) - before;
+        Ok(())
     }
 
     /// Sends paths on from mirrors and smooth glass until none is at one, as often as they may.

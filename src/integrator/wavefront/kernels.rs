@@ -129,6 +129,12 @@ impl Wavefront {
         self.compiler.features.contains(Feature::Lights)
     }
 
+    /// What kernels that meet the environment are compiled with.
+    pub(crate) fn sky_features(&self) -> &'static [Feature] {
+        let unseen = self.settings.transparent && self.compiler.features.contains(Feature::Environment);
+        if unseen { &[Feature::Transparent] } else { &[] }
+    }
+
     /// Kernels write down the paths that they find.
     pub(crate) fn learns(&self) -> bool {
         self.compiler.features.contains(Feature::Learns)
