@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 
 use super::caveats::{caustics, caveats};
 use super::prepared::{camera_of, check_region};
-use super::{Budget, Prepared, RenderError, RenderOptions, SeenLayers, Uploaded};
+use super::{Budget, Prepared, RenderError, RenderOptions, SeenLayers, TimeLimit, Uploaded};
 use crate::device::Context;
+use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::Region;
 use crate::integrator::method::{Given, PATH, SPCBPT};
 use crate::integrator::{Choice, Method, View};
@@ -33,16 +34,22 @@ pub struct Automatic {
 /// Shorter renders are over before learning would be worth its time, whatever the scene: camera paths, and seconds.
 const SHORT_PATHS: u64 = 1 << 21;
 const SHORT_TIME: Duration = Duration::from_secs(1);
+const TOO_SHORT: &str = "so short a render would be over before learning pays";
 /// Pixels and samples of the pilot, which is 2^16 paths; two groups of samples know their variance.
 const PILOT_PIXELS: u32 = 1 << 12;
 const PILOT_SAMPLES: u32 = 16;
 /// Share of a budget of time that the pilot may take.
 const PILOT_SHARE: f64 = 0.05;
-/// Learning takes about as long as this many camera paths of path tracing, and what the host does meanwhile.
-const LEARNING_PATHS: f64 = 1.0e6;
-const LEARNING_SECONDS: f64 = 0.3;
+/// Learning takes about as long as this many camera paths of path tracing, and what the host does meanwhile: what all of it
+/// takes that pays, and the least of it.
+const LEARNING_PATHS: [f64; 2] = [1.0e6, 0.35e6];
+const LEARNING_SECONDS: [f64; 2] = [0.3, 0.2];
 /// The same where no clock is asked.
-const LEARNING_PATHS_WITHOUT_CLOCK: f64 = 1.4e6;
+const LEARNING_PATHS_WITHOUT_CLOCK: [f64; 2] = [1.4e6, 0.45e6];
+/// A share of the render beyond which learning does not go, unless that is the least of it.
+const LEARNING_SHARE: f64 = 1.0 / 3.0;
+/// SPCBPT is to be ahead by a little at least: path tracing has less to compile.
+const AHEAD: f64 = 0.97;
 /// A picture of so small an error needs nothing better.
 const CLEAN: f64 = 0.002;
 
@@ -68,9 +75,13 @@ impl Automatic {
         let is_short = samples.is_some_and(|samples| f64::from(samples) * pixels < SHORT_PATHS as f64)
             || time.is_some_and(|time| time < SHORT_TIME);
         if is_short {
-            return Ok(Self::path("so short a render would be over before learning pays", none));
+            return Ok(Self::path(TOO_SHORT, none));
         }
         let pilot = Pilot::render(uploaded, camera, options, time)?;
+        if !pilot.is_whole {
+            // A device that has no time for the pilot has none for learning.
+            return Ok(Self::path(TOO_SHORT, pilot.time));
+        }
         let Some(sample_error) = pilot.sample_error else {
             return Ok(Self::spcbpt(scene, "a pilot of path tracing found no light", pilot.time));
         };
@@ -81,10 +92,11 @@ impl Automatic {
             options.budget.error.map(|error| (sample_error / error).powi(2) * pixels),
         ];
         let paths = limits.into_iter().flatten().reduce(f64::min).unwrap_or(f64::INFINITY);
-        let learning = match time {
-            Some(_) => LEARNING_PATHS + LEARNING_SECONDS * pilot.paths_per_second,
+        let [most, least] = match time {
+            Some(_) => [0, 1].map(|i| LEARNING_PATHS[i] + LEARNING_SECONDS[i] * pilot.paths_per_second),
             None => LEARNING_PATHS_WITHOUT_CLOCK,
         };
+        let learning = most.min(least.max(LEARNING_SHARE * paths));
         let by_path = sample_error / (paths / pixels).sqrt();
         let left = 1.0 - learning / paths;
         let by_spcbpt = if left > 0.0 { gain(sample_error) * by_path / left.sqrt() } else { f64::INFINITY };
@@ -97,7 +109,7 @@ impl Automatic {
             percent(by_path),
             percent(by_spcbpt)
         );
-        Ok(match by_path < CLEAN || by_path <= by_spcbpt {
+        Ok(match by_path < CLEAN || by_spcbpt > AHEAD * by_path {
             true => Self::path(reason, pilot.time),
             false => Self::spcbpt(scene, reason, pilot.time),
         })
@@ -169,6 +181,8 @@ fn gain(sample_error: f64) -> f64 {
 struct Pilot {
     /// Estimated error of one sample per pixel; `None` where no light was found.
     sample_error: Option<f64>,
+    /// It has the samples that an estimate takes.
+    is_whole: bool,
     paths_per_second: f64,
     time: Duration,
 }
@@ -183,7 +197,11 @@ impl Pilot {
         let options = RenderOptions {
             view: View { crop: Some(few_pixels(options.view.region())), ..options.view },
             method: (PATH.make)(&Given::default()),
-            budget: Budget { samples: Some(PILOT_SAMPLES), ..Budget::default() },
+            budget: Budget {
+                samples: Some(PILOT_SAMPLES),
+                time: time.map(|time| TimeLimit::Rendering(time.mul_f64(PILOT_SHARE))),
+                error: None,
+            },
             first_hit_layers: false,
             seen: SeenLayers::default(),
             timing: false,
@@ -192,11 +210,14 @@ impl Pilot {
         };
         let mut renderer = Prepared::of(uploaded, camera, options)?.renderer()?;
         let start = Instant::now();
-        let most = time.map(|time| time.mul_f64(PILOT_SHARE));
-        renderer.run(|_| most.is_some_and(|most| start.elapsed() >= most))?;
+        match renderer.run(|_| false) {
+            Err(RenderError::NoSampleInTime) => {}
+            ended => drop(ended?),
+        }
         let samples = f64::from(renderer.samples());
         let report = renderer.report()?;
         Ok(Self {
+            is_whole: renderer.samples() > SAMPLES_A_GROUP,
             sample_error: report.estimated_error.map(|error| error * samples.sqrt()),
             paths_per_second: report.rays.paths as f64 / report.seconds,
             time: start.elapsed(),

@@ -121,7 +121,7 @@ fn s04_denoised_beside_the_picture() {
         assert_eq!(shown.map(byte), pixel(*radiance, ViewTransform::Neutral, 0.0));
     }
     // Closer to a long render than the picture is.
-    case.run("render builtin:cornell --size 48x48 --spp 1024 -o reference.exr").assert(0, &[]);
+    case.run("render builtin:cornell -i path --size 48x48 --spp 1024 -o reference.exr").assert(0, &[]);
     let mape = |name: &str| {
         let run = case.run(&format!("compare {name} reference.exr --json"));
         run.assert(0, &[]);
