@@ -24,6 +24,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var partials = load_eye_partials(index, depth);
     if hit.triangle == NO_TRIANGLE {
 #if environment
+#if transparent
+        if depth == 0u {
+            return;
+        }
+#endif
         let weight = environment_weight(previous, partials, ray.direction, ray.pdf_solid);
         deliver_sky(ray, previous, depth, environment_radiance(ray.direction), weight);
 #endif

@@ -51,6 +51,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let hit = hits[index];
     if hit.triangle == NO_TRIANGLE {
 #if environment
+#if transparent
+        if (ray.depth_medium & 0xffffu) == 0u {
+            return;
+        }
+#endif
         var weight = 1.0;
         if ray.pdf_solid > 0.0 {
             weight = balance(ray.pdf_solid, environment_pdf_solid(ray.direction));

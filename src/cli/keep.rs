@@ -12,6 +12,7 @@ use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::checkpoint::{SavedRender, most_bytes};
 use crate::film::write::remove_leftovers;
 use crate::film::{FilmError, Region};
+use crate::integrator::Method;
 use crate::render::{Keeping, Origin, RenderError, RenderOptions, Renderer, picture_of, take_up};
 use crate::scene::Scene;
 
@@ -67,6 +68,11 @@ impl KeepArgs {
         self.checkpoint.is_some()
     }
 
+    /// It goes on from one.
+    pub fn resumes(&self) -> bool {
+        self.resume.is_some()
+    }
+
     /// Tries the files that are to be written.
     ///
     /// # Errors
@@ -86,7 +92,7 @@ impl KeepArgs {
         Keeping {
             picture: camera.map(|camera| picture_of(origin.scene_hash, camera, options)).unwrap_or_default(),
             origin: origin.clone(),
-            command: self.command(),
+            command: with_method(self.command(), options.method),
             folder: std::env::current_dir().unwrap_or_default().to_string_lossy().into_owned(),
             end: self.samples.as_ref().map(|range| range.end),
         }
@@ -169,6 +175,27 @@ impl Keeper {
     }
 }
 
+/// A command that names its integrator, where it left that to be chosen: another budget could choose otherwise.
+fn with_method(command: Vec<String>, method: Method) -> Vec<String> {
+    if command.iter().any(|word| word.len() > 2 && word.starts_with("-i")) {
+        return command;
+    }
+    let flag = |word: &String| word == "-i" || word.starts_with("--integrator");
+    let named = command.iter().position(flag).and_then(|at| match command[at].split_once('=') {
+        Some((_, name)) => Some(name),
+        None => command.get(at + 1).map(String::as_str),
+    });
+    if named.is_some_and(|name| name != "auto") {
+        return command;
+    }
+    let mut command = without(&command, &["-i", "--integrator"]);
+    command.extend(["-i".into(), method.name().into()]);
+    if method.plan().to_camera && method.plan().selector.is_some() {
+        command.push("--light-tracing".into());
+    }
+    command
+}
+
 /// Words of a command without these flags and their values.
 pub fn without(words: &[String], flags: &[&str]) -> Vec<String> {
     let mut kept = Vec::new();
@@ -195,6 +222,20 @@ mod tests {
         assert_eq!(parse_samples("0..8"), Ok(0..8));
         for text in ["", "64", "64..", "..64", "64..64", "128..64", "4..64", "0..63", "-8..8", "0..8..16"] {
             assert!(parse_samples(text).unwrap_err().contains("multiples of 8"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_command_that_is_kept_names_its_integrator() {
+        let kept = |line: &str| {
+            let words = line.split(' ').map(String::from).collect();
+            with_method(words, (crate::integrator::method::SPCBPT.make)(&Default::default())).join(" ")
+        };
+        for line in ["render a.glb -i path", "render a.glb -ipath", "render a.glb --integrator=path"] {
+            assert_eq!(kept(line), line);
+        }
+        for line in ["render a.glb", "render a.glb -i auto", "render --integrator=auto a.glb"] {
+            assert_eq!(kept(line), "render a.glb -i spcbpt");
         }
     }
 

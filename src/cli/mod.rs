@@ -11,6 +11,7 @@ mod info;
 mod keep;
 mod merge;
 mod output;
+mod passes;
 #[cfg(feature = "preview")]
 mod preview;
 mod progress;

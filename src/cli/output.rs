@@ -6,6 +6,9 @@ use std::time::{Duration, Instant};
 use super::saves::Saves;
 use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
+use crate::film::denoise::Denoiser;
+use crate::film::exr::Coding;
+use crate::film::png::Depth;
 use crate::film::tonemap::ViewTransform;
 use crate::film::{Exposure, FilmError, Picture, exr, png, tev};
 use crate::render::{Origin, RenderError, Renderer, Report};
@@ -13,15 +16,27 @@ use crate::render::{Origin, RenderError, Renderer, Report};
 /// Between two pictures for a viewer.
 const VIEW_EVERY: Duration = Duration::from_secs(1);
 
+/// How pictures are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Format {
+    /// Of .exr files.
+    pub coding: Coding,
+    /// Of .png files.
+    pub depth: Depth,
+    pub view: ViewTransform,
+    pub exposure: Exposure,
+}
+
 /// All that is to be done with a picture.
 pub struct Output {
     /// .exr or .png.
     pub files: Vec<PathBuf>,
     /// How the files came to be.
     pub origin: Origin,
-    pub view: ViewTransform,
-    pub exposure: Exposure,
+    pub format: Format,
     pub save_every: Option<Duration>,
+    /// For the finished picture.
+    pub denoiser: Option<Denoiser>,
     pub viewer: Option<tev::Viewer>,
     /// In the viewer.
     pub title: String,
@@ -75,7 +90,8 @@ impl Output {
     /// Does all of it with the finished picture, each output by itself. Returns the error against the reference, where
     /// there is one.
     pub fn finish(&mut self, picture: Picture, report: &Report) -> Option<Checkpoint> {
-        let picture = self.described(picture, report);
+        let mut picture = self.described(picture, report);
+        self.denoise(&mut picture);
         let (mut failed, mut linear) = (false, false);
         for file in &self.files {
             let written = self.write(file, &picture);
@@ -96,6 +112,20 @@ impl Output {
             self.saves.report(&path, ended);
         }
         judged
+    }
+
+    /// Denoises the picture, where that is wanted. It is saved as it is before: a library that crashes takes nothing along.
+    fn denoise(&mut self, picture: &mut Picture) {
+        let Some(denoiser) = self.denoiser.as_mut() else { return };
+        for file in &self.files {
+            // What fails here fails once more, and is reported then.
+            let _ = write(file, picture, &self.format);
+        }
+        let start = Instant::now();
+        match denoiser.add_to(picture) {
+            Ok(()) => log::info!("denoised in {:.2} s", start.elapsed().as_secs_f64()),
+            Err(error) => self.saves.fail(error),
+        }
     }
 
     /// With what its file says of how it was made.
@@ -131,10 +161,14 @@ impl Output {
     }
 
     fn write(&self, file: &Path, picture: &Picture) -> Result<(), FilmError> {
-        match is_png(file) {
-            true => png::write(file, picture, self.view, self.exposure.stops(picture)),
-            false => exr::write(file, picture),
-        }
+        write(file, picture, &self.format)
+    }
+}
+
+fn write(file: &Path, picture: &Picture, format: &Format) -> Result<(), FilmError> {
+    match is_png(file) {
+        true => png::write_as(file, picture, format.view, format.exposure.stops(picture), format.depth),
+        false => exr::write_as(file, picture, &format.coding),
     }
 }
 

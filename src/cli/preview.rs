@@ -14,7 +14,7 @@ use super::{CliError, Exit, progress, text};
 use crate::film::Exposure;
 use crate::integrator::{Descriptor, METHODS, View};
 use crate::preview::{self, Display, Settings};
-use crate::render::RenderOptions;
+use crate::render::{Automatic, RenderOptions};
 use crate::scene::Scene;
 
 /// Options of `halfway preview`.
@@ -75,11 +75,13 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     let [width, height] = args.picture.size(&scene);
     let reference =
         args.reference.as_deref().map(|path| read_reference(path, [width, height])).transpose()?;
-    let slot = METHODS.iter().position(|method| method.name == args.method.integrator().name).unwrap_or(0);
+    let wanted = args.method.method()?;
+    let method = wanted.unwrap_or_else(|| Automatic::without_end(&scene).method);
+    let slot = METHODS.iter().position(|other| other.name == method.name()).unwrap_or(0);
     let mut methods = METHODS.map(Descriptor::default_method);
-    methods[slot] = args.method.method()?;
+    methods[slot] = method;
     let training = args.method.training()?;
-    let model = args.model.load(scene.content_hash(), methods[slot])?;
+    let model = args.model.load(scene.content_hash(), wanted)?;
     progress::install_interrupt();
     let context = args.picture.device.open(quiet)?;
     let most = context.device.limits().max_texture_dimension_2d;

@@ -8,19 +8,20 @@ use clap::Args;
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
-    CameraArgs, InputError, SceneArgs, default_output, parse_crop, parse_duration, say_what_is_missing,
-    try_output, try_output_folder,
+    CameraArgs, InputError, OutputArgs, SceneArgs, default_output, parse_crop, parse_duration,
+    say_what_is_missing, try_output, try_output_folder,
 };
 use super::debug::Debug;
 use super::keep::{KeepArgs, Keeper};
-use super::output::{Output, is_png};
+use super::output::{Format, Output, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
-use super::{CliError, Exit, strategies, summary};
+use super::{CliError, Exit, passes, strategies, summary};
 use crate::device::layout::SAMPLES_A_GROUP;
+use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
-use crate::integrator::View;
+use crate::integrator::{Method, View};
 use crate::render::{
     Budget, Keeping, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop,
     TimeLimit,
@@ -43,6 +44,8 @@ pub struct RenderArgs {
     /// metadata how they were made.
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
+    #[command(flatten)]
+    outputs: OutputArgs,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -98,6 +101,7 @@ pub struct RenderArgs {
 /// Bad input, no device, or a picture that cannot be written.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let files = args.files()?;
+    let denoiser = args.outputs.denoise.then(Denoiser::open).transpose()?;
     let viewer = args.tev.as_deref().map(tev::Viewer::connect).transpose()?;
     let load_start = Instant::now();
     let mut scene = args.scene.load()?;
@@ -105,13 +109,16 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
     let scene_hash = scene.content_hash();
+    let method = args.method.method()?;
     let mut options = args.options(&scene, camera, &files)?;
-    options.model = args.model.load(scene_hash, options.method)?;
-    args.check_portion_learns(&options, &scene)?;
+    options.model = args.model.load(scene_hash, method)?;
+    args.check_portion(method, &options, &scene)?;
     let strategies = match args.strategies {
         Some(_) => strategies::list(options.method, options.view.max_depth)?,
         None => Vec::new(),
     };
+    let groups = if args.outputs.light_groups { passes::groups(&scene)? } else { Vec::new() };
+    args.check_passes()?;
     let shown = options.view.region();
     let trace = args.trace.open([shown.width, shown.height])?;
 
@@ -120,6 +127,14 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         progress::install_warning();
     }
     let context = progress::interruptible(&args.picture.device.open(quiet)?);
+    // Chosen before anything is kept: what is kept names it.
+    let chosen = match method {
+        Some(_) => None,
+        None => Some(Prepared::automatic(&context, &scene, options.clone())?),
+    };
+    if let Some(prepared) = &chosen {
+        options = prepared.options().clone();
+    }
     let origin = Origin {
         method: options.method,
         seed: options.view.seed,
@@ -129,7 +144,15 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     };
     let keeping = args.keep.keeping(&scene, &options, &origin);
     let taken_up = args.keep.take_up(&keeping, &mut options)?;
-    let mut renderer = prepare(Prepared::new(&context, &scene, options.clone())?, quiet)?;
+    let prepared = match (groups.first(), chosen) {
+        (Some(first), _) => {
+            options = passes::of_group(&options, &scene, groups.len());
+            Prepared::new(&context, &first.alone(&scene), options.clone())?
+        }
+        (None, Some(chosen)) if taken_up.is_none() => chosen,
+        (None, _) => Prepared::new(&context, &scene, options.clone())?,
+    };
+    let mut renderer = prepare(prepared, quiet)?;
     args.keep.begin(&mut renderer, taken_up)?;
     let mut keeper = args.keep.keeper(keeping.clone(), &shown, quiet);
     if let Some(keeper) = keeper.as_mut().filter(|_| renderer.learning_time().total > Duration::ZERO) {
@@ -139,9 +162,14 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let mut output = Output {
         files,
         origin,
-        view: args.view.view,
-        exposure: args.view.exposure,
+        format: Format {
+            coding: args.outputs.coding(),
+            depth: args.outputs.depth(),
+            view: args.view.view,
+            exposure: args.view.exposure,
+        },
         save_every: args.save_every,
+        denoiser,
         viewer,
         title: args.scene.scene.to_string_lossy().into_owned(),
         trace,
@@ -160,7 +188,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
             written?;
         }
     }
-    let report = renderer.report()?;
+    let mut report = renderer.report()?;
     if let Some(range) = &args.keep.samples {
         if let Some(path) = &args.stats {
             summary::write_stats(path, serde_json::to_value(&report)?, &context, load_seconds)?;
@@ -173,11 +201,17 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
             _ => args.write_portion(&mut renderer, &keeping, &output.files[0], &report),
         };
     }
-    let picture = renderer.picture()?;
+    let mut picture = renderer.picture()?;
+    if !groups.is_empty() {
+        picture = passes::add_groups(&context, &scene, &groups, &options, picture, &mut report)?;
+    }
+    if args.outputs.direct() {
+        passes::add_direct(&context, &scene, &options, &mut picture, &mut report)?;
+    }
     let infinite = picture.rgb.iter().flatten().filter(|channel| !channel.is_finite()).count();
-    let stops = output.exposure.stops(&picture);
-    let lost = Lost::judge(&picture, output.view, stops);
-    output.exposure = Exposure::Stops(stops);
+    let stops = output.format.exposure.stops(&picture);
+    let lost = Lost::judge(&picture, output.format.view, stops);
+    output.format.exposure = Exposure::Stops(stops);
     let judged = output.finish(picture, &report);
     let Output { files, mut saves, .. } = output;
 
@@ -236,6 +270,26 @@ impl RenderArgs {
         Ok(files)
     }
 
+    /// What is rendered in several passes has no picture on the way, and none of one method and one model.
+    fn check_passes(&self) -> Result<(), InputError> {
+        let flags = [
+            ("--error", self.error.is_some()),
+            ("--save-every", self.save_every.is_some()),
+            ("--tev", self.tev.is_some()),
+            ("--trace-error", self.trace.is_given()),
+            ("--strategies", self.strategies.is_some()),
+            ("--debug", self.debug.is_some()),
+            ("--model", self.model.is_given()),
+            ("--checkpoint or --resume", self.keep.keeps() || self.keep.resumes()),
+        ];
+        match flags.into_iter().find(|&(_, given)| given && self.outputs.light_groups) {
+            Some((flag, _)) => Err(InputError::Usage(format!(
+                "--light-groups renders lights one after the other, which does not go together with {flag}; leave one out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
     fn options(&self, scene: &Scene, camera: usize, files: &[PathBuf]) -> Result<RenderOptions, InputError> {
         let no_limit = self.spp.is_none() && self.time.is_none() && self.error.is_none();
         let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { self.spp };
@@ -247,30 +301,51 @@ impl RenderArgs {
         if self.spp == Some(0) {
             return Err(InputError::Usage("--spp takes at least 1 sample per pixel".into()));
         }
-        let method = self.method.method()?;
+        // What is chosen later has no settings, strategies or subspaces that could be asked for.
+        let method = self.method.method()?.unwrap_or_default();
         if let Some(debug) = self.debug {
             debug.check(method)?;
         }
         let picture = self.picture.options(scene, camera);
         // A PNG has no room for layers.
-        let layers = self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
-        let layers = layers || !files.iter().all(|file| is_png(file));
         // They are the same in all portions: the first one has them.
-        let layers = portion.map_or(layers, |range| range.start == 0);
-        Ok(RenderOptions {
+        let first = portion.is_none_or(|range| range.start == 0);
+        let layers =
+            self.outputs.denoise || self.tev.is_some() || self.strategies.is_some() || self.debug.is_some();
+        let linear = !files.iter().all(|file| is_png(file));
+        let options = RenderOptions {
             view: View { crop: self.crop, seed: self.seed.seed, ..picture.view },
             method,
             budget: Budget { samples, time: self.time.map(TimeLimit::Total), error: self.error },
-            first_hit_layers: layers,
+            first_hit_layers: (layers || linear) && first,
             timing: self.stats.is_some(),
             training: self.method.training()?,
             ..picture
-        })
+        };
+        self.outputs.apply(options, linear)
     }
 
     /// # Errors
-    /// A portion that would learn for itself alone.
-    fn check_portion_learns(&self, options: &RenderOptions, scene: &Scene) -> Result<(), InputError> {
+    /// A portion that would choose or learn for itself alone, or is asked for more than its samples.
+    fn check_portion(
+        &self,
+        method: Option<Method>,
+        options: &RenderOptions,
+        scene: &Scene,
+    ) -> Result<(), InputError> {
+        if self.keep.samples.is_some() && method.is_none() {
+            return Err(InputError::Usage(
+                "all portions of a picture are made by one integrator: name it with -i, such as -i path"
+                    .into(),
+            ));
+        }
+        if self.keep.samples.is_some() && self.outputs.of_pictures() {
+            return Err(InputError::Usage(
+                "a portion has the samples of a picture alone: leave out --denoise, --transparent, --layers and \
+                 --light-groups"
+                    .into(),
+            ));
+        }
         let learns = options.method.plan().learns() && options.model.is_none();
         match self.keep.samples.is_some() && learns && SceneFeatures::of(scene).lights() {
             false => Ok(()),

@@ -9,6 +9,7 @@ use clap::Args;
 use super::args::{InputError, read_reference, try_output};
 use crate::bench::trade::Checkpoint;
 use crate::cli::CliError;
+use crate::film::metric::flip;
 use crate::film::write::write_atomic;
 use crate::film::{FilmError, Picture};
 use crate::render::Report;
@@ -42,6 +43,11 @@ struct TraceFile {
 }
 
 impl TraceArgs {
+    /// Errors on the way are wanted.
+    pub fn is_given(&self) -> bool {
+        self.trace_error.is_some()
+    }
+
     /// Tries the place of the file.
     ///
     /// # Errors
@@ -75,6 +81,7 @@ impl Trace {
     pub fn add(&mut self, report: &Report, picture: &Picture) -> Result<Checkpoint, FilmError> {
         // Times are the clock's; the device's pace is for benchmarks.
         let point = Checkpoint::new(report, picture, &self.reference, [0.0; 2])?;
+        let point = Checkpoint { flip: Some(flip(picture, &self.reference)), ..point };
         if let Some(file) = self.file.as_mut().filter(|_| self.last.is_none_or(|l| l.samples < point.samples))
         {
             file.add(&point.row());

@@ -102,6 +102,8 @@ features! {
         LightCache light_cache, [], "light paths leave their vertices in the cache";
         LightOnly light_only, [], "there are no eye paths: lights themselves are connected to the camera";
         LightGuide light_guide, [Subspaces], "light paths go where their light is wanted";
+        Transparent transparent, [], "the camera sees nothing where it would see the environment";
+        ThroughMirrors through_mirrors, [], "layers show what is seen in mirrors and through smooth glass";
         OwnLightPath own_light_path, [], "an eye path is connected to its own light path";
     }
 }

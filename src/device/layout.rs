@@ -80,6 +80,8 @@ device_struct! {
 
 /// In the place of a strategy's number of vertices: all strategies.
 pub const EVERY_STRATEGY: u32 = u32::MAX;
+/// In [`Hit::triangle`] where a ray leaves the scene: `bind/accel.wgsl`.
+pub const NO_TRIANGLE: u32 = u32::MAX;
 /// Samples of a pixel that belong together, counted from the first.
 pub const SAMPLES_A_GROUP: u32 = 8;
 

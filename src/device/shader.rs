@@ -114,6 +114,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "light_scan",
     "light_shade",
     "loop_check",
+    "mirror_follow",
     "occlusion",
     "path_shade",
     "queue_advance",

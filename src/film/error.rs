@@ -60,6 +60,16 @@ pub enum FilmError {
     /// Portions that make no picture together; `reason` ends in what to do.
     #[error("cannot merge {path}: {reason}")]
     Merge { path: PathBuf, reason: String },
+    #[error(
+        "Open Image Denoise, which --denoise needs, is not to be had: run `tools/setup --denoiser`, or name its folder by \
+         HALFWAY_OIDN ({reason})"
+    )]
+    NoDenoiser { reason: String },
+    #[error(
+        "Open Image Denoise did not denoise the picture: {reason}; the picture is saved as it was rendered, without the \
+         layer `denoised`"
+    )]
+    Denoiser { reason: String },
     #[error("tev at {address}: {cause}; start the viewer first, or give its address with --tev HOST:PORT")]
     Viewer { address: String, cause: std::io::Error },
 }
@@ -79,7 +89,9 @@ impl FilmError {
             | Self::SavedDamaged { .. }
             | Self::Merge { .. }
             | Self::MetricUnknown { .. } => Fault::Input,
-            Self::Write { .. } | Self::Viewer { .. } => Fault::Machine,
+            Self::Write { .. } | Self::Viewer { .. } | Self::NoDenoiser { .. } | Self::Denoiser { .. } => {
+                Fault::Machine
+            }
             Self::NonFinite { .. } => Fault::Defect,
         }
     }

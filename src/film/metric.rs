@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::flip::mean_flip;
 use super::tonemap::{ViewTransform, srgb_encode};
-use super::{Picture, Variance};
+use super::{Exposure, Picture, Variance};
 use crate::film::FilmError;
 
 /// Edge of the tiles whose means are compared, in pixels.
@@ -151,6 +151,15 @@ pub fn compare(
         psnr: psnr(&shown, &shown_reference),
         flip: mean_flip(&shown, &shown_reference, picture.width as usize),
     })
+}
+
+/// Mean LDR-FLIP by the default view, both at the exposure that suits the reference. They have the same size.
+pub fn flip(picture: &Picture, reference: &Picture) -> f64 {
+    let (view, exposure) = (ViewTransform::default(), Exposure::Auto.stops(reference));
+    let display = |picture: &Picture| -> Vec<[f32; 3]> {
+        picture.rgb.iter().map(|&radiance| view.display(exposure, radiance)).collect()
+    };
+    mean_flip(&display(picture), &display(reference), picture.width as usize)
 }
 
 /// The errors that need neither noise nor a view.

@@ -3,6 +3,8 @@
 pub mod average;
 pub mod checkpoint;
 pub mod contact_sheet;
+pub mod cryptomatte;
+pub mod denoise;
 mod error;
 mod estimate;
 mod exposure;
@@ -20,6 +22,8 @@ pub mod tev;
 pub mod tonemap;
 mod variance;
 pub mod write;
+
+use std::borrow::Cow;
 
 pub use crate::picture_file::Attribute;
 pub use error::FilmError;
@@ -89,7 +93,8 @@ pub struct Picture {
 
 /// Named data per pixel beside the radiance.
 ///
-/// The names in use: `albedo` (R, G, B), `normal` (X, Y, Z), `depth` (Z), `samples` (Y), and `variance` (R, G, B):
+/// The names in use: `albedo` (R, G, B), `normal` (X, Y, Z), `depth` (Z), `samples` (Y), `denoised` (R, G, B), and
+/// `variance` (R, G, B):
 /// the estimated variance of the pixel's *mean*, that is the square of its standard error, in the units of
 /// [`Picture::variance_scale`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -135,6 +140,16 @@ impl Picture {
     pub fn channel(&self, layer: &str, channel: &str) -> Option<&[f32]> {
         let layer = self.layers.iter().find(|other| other.name == layer)?;
         layer.channels.iter().find(|(name, _)| name == channel).map(|(_, samples)| samples.as_slice())
+    }
+
+    /// What is to be looked at: the denoised colours, where there are any, else those that were rendered.
+    pub fn shown(&self) -> Cow<'_, [[f32; 3]]> {
+        match ["R", "G", "B"].map(|channel| self.channel(denoise::LAYER, channel)) {
+            [Some(r), Some(g), Some(b)] => {
+                r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect::<Vec<_>>().into()
+            }
+            _ => self.rgb.as_slice().into(),
+        }
     }
 
     /// The value of a metadata entry.

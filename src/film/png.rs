@@ -1,4 +1,4 @@
-//! PNG: display pictures of 8 bits per channel out, 8 or 16 bits in.
+//! PNG: display pictures of 8 or 16 bits per channel, out and in.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -8,17 +8,56 @@ use super::{Picture, write::write_atomic};
 use crate::film::FilmError;
 use crate::picture_file::PictureFileError;
 
-/// Writes what the picture looks like on a screen through `view` at `exposure` stops.
+/// Bits per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Depth {
+    #[default]
+    Eight,
+    Sixteen,
+}
+
+/// Writes what the picture, [denoised](Picture::shown) where it is, looks like on a screen through `view` at `exposure` stops.
+/// Where it has the channel `A`, which colours are multiplied by, so has the file, by which they are not.
 ///
 /// # Errors
 /// [`FilmError::NonFinite`] when a pixel has no colour, [`FilmError::Write`] when the file cannot be written.
 pub fn write(path: &Path, picture: &Picture, view: ViewTransform, exposure: f32) -> Result<(), FilmError> {
-    let count = picture.rgb.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count();
+    write_as(path, picture, view, exposure, Depth::Eight)
+}
+
+/// As [`write()`], with another number of bits.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_as(
+    path: &Path,
+    picture: &Picture,
+    view: ViewTransform,
+    exposure: f32,
+    depth: Depth,
+) -> Result<(), FilmError> {
+    let shown = picture.shown();
+    let count = shown.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count();
     if count > 0 {
         return Err(FilmError::NonFinite { path: path.to_owned(), count });
     }
-    let pixels: Vec<[u8; 3]> = picture.rgb.iter().map(|&radiance| pixel(radiance, view, exposure)).collect();
-    write_bytes(path, picture.width, picture.height, &pixels)
+    let alpha = picture.channel("", "A");
+    let mut signals = Vec::with_capacity(4 * shown.len());
+    for (index, &radiance) in shown.iter().enumerate() {
+        let share = alpha.map(|alpha| alpha[index].clamp(0.0, 1.0));
+        let radiance = match share {
+            Some(share) if share > 0.0 => radiance.map(|value| value / share),
+            _ => radiance,
+        };
+        signals.extend(view.display(exposure, radiance).map(srgb_encode));
+        signals.extend(share);
+    }
+    let bytes: Vec<u8> = match depth {
+        Depth::Eight => signals.into_iter().map(to_byte).collect(),
+        Depth::Sixteen => signals.into_iter().flat_map(to_bytes).collect(),
+    };
+    let color = if alpha.is_some() { png::ColorType::Rgba } else { png::ColorType::Rgb };
+    write_encoded(path, [picture.width, picture.height], color, depth, &bytes)
 }
 
 /// The sRGB bytes of a radiance.
@@ -31,19 +70,37 @@ pub fn pixel(radiance: [f32; 3], view: ViewTransform, exposure: f32) -> [u8; 3] 
 /// # Errors
 /// [`FilmError::Write`] when the file cannot be written.
 pub fn write_bytes(path: &Path, width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<(), FilmError> {
-    let bytes = encode(width, height, pixels.as_flattened())
+    write_encoded(path, [width, height], png::ColorType::Rgb, Depth::Eight, pixels.as_flattened())
+}
+
+fn write_encoded(
+    path: &Path,
+    size: [u32; 2],
+    color: png::ColorType,
+    depth: Depth,
+    data: &[u8],
+) -> Result<(), FilmError> {
+    let bytes = encode(size, color, depth, data)
         .map_err(|error| FilmError::Write { path: path.to_owned(), cause: error.into() })?;
     write_atomic(path, &bytes)
 }
 
-fn encode(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+fn encode(
+    [width, height]: [u32; 2],
+    color: png::ColorType,
+    depth: Depth,
+    data: &[u8],
+) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_color(color);
+    encoder.set_depth(match depth {
+        Depth::Eight => png::BitDepth::Eight,
+        Depth::Sixteen => png::BitDepth::Sixteen,
+    });
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(rgb)?;
+    writer.write_image_data(data)?;
     writer.finish()?;
     Ok(bytes)
 }
@@ -74,4 +131,9 @@ pub fn read(path: &Path) -> Result<Picture, FilmError> {
 /// A value in [0, 1] to the nearest of 256 levels.
 pub(super) fn to_byte(signal: f32) -> u8 {
     (255.0 * signal).round() as u8
+}
+
+/// To the nearest of 65536 levels, the higher byte first.
+fn to_bytes(signal: f32) -> [u8; 2] {
+    ((65535.0 * signal).round() as u16).to_be_bytes()
 }

@@ -50,16 +50,22 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
         ("film_accumulate", form),
         ("first_hit", form),
     ];
+    if !form.contains(Feature::LambertOnly) {
+        kernels.extend([("mirror_follow", form), ("first_hit", form.with(&[Feature::ThroughMirrors]))]);
+    }
     let lights = form.contains(Feature::Lights);
     if lights {
         kernels.extend([("shadow_advance", form), ("occlusion", form.with(&[Feature::AnyHit]))]);
     }
+    let sky = form.contains(Feature::Environment).then(|| form.with(&[Feature::Transparent]));
     if !form.contains(Feature::Bidirectional) {
         kernels.push(("path_shade", form));
+        kernels.extend(sky.map(|sky| ("path_shade", sky)));
         return kernels;
     }
     if plan.selector.is_some() {
         kernels.push(("eye_shade", form));
+        kernels.extend(sky.map(|sky| ("eye_shade", sky)));
     }
     if !lights {
         return kernels;

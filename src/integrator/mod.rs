@@ -59,6 +59,10 @@ pub struct Settings {
     pub strategy: Option<Strategy>,
     /// Prepare for [`Wavefront::first_hits`].
     pub first_hit: bool,
+    /// The environment is a light, and not to be seen.
+    pub transparent: bool,
+    /// Albedo and normal are those of what is seen in mirrors and through smooth glass.
+    pub through_mirrors: bool,
     /// Time every kernel with the device's timestamps.
     pub timing: bool,
 }

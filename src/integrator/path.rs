@@ -27,7 +27,7 @@ impl PathIntegrator {
     ) -> Result<Self, DeviceError> {
         let form = Form { connections: 1, ..Form::default() };
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
-        let kernel = wavefront.compile(context, "path_shade", &[])?;
+        let kernel = wavefront.compile(context, "path_shade", wavefront.sky_features())?;
         let shade = wavefront.bind_pair(context, &kernel)?;
         let bounce = |parity: usize| {
             let mut stages = vec![

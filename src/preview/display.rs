@@ -32,6 +32,7 @@ pub fn in_own_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 pub enum Show {
     #[default]
     Radiance,
+    Denoised,
     Samples,
     Variance,
     /// Against the reference.
@@ -42,8 +43,9 @@ pub enum Show {
 }
 
 impl Show {
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Radiance,
+        Self::Denoised,
         Self::Samples,
         Self::Variance,
         Self::Error,
@@ -55,6 +57,7 @@ impl Show {
     pub fn name(self) -> &'static str {
         match self {
             Self::Radiance => "picture",
+            Self::Denoised => "denoised",
             Self::Samples => "samples",
             Self::Variance => "standard error",
             Self::Error => "error against the reference",
@@ -68,6 +71,7 @@ impl Show {
     pub fn legend(self) -> &'static str {
         match self {
             Self::Radiance => "",
+            Self::Denoised => "by Open Image Denoise, now and then; saved beside the picture",
             Self::Samples => "violet none, yellow as many as any pixel has",
             Self::Variance | Self::Error => heatmap::LEGEND,
             Self::EyeSubspaces | Self::LightSubspaces => {
@@ -94,6 +98,7 @@ pub fn image(snapshot: &Snapshot, look: &Look, reference: Option<&Picture>) -> O
     let picture = &*snapshot.picture;
     let pixels: Vec<[u8; 3]> = match look.show {
         Show::Radiance => return radiance(picture, look),
+        Show::Denoised => return radiance(snapshot.denoised.as_deref().unwrap_or(picture), look),
         Show::Samples => {
             let samples = picture.channel("samples", "Y")?;
             let most = samples.iter().copied().fold(0.0, f32::max).max(1.0);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::film::{Attribute, Picture, exr, png};
+use crate::film::{Attribute, FilmError, Picture, exr, png};
 use crate::integrator::Method;
 use crate::render::{Origin, RenderError, Renderer};
 
@@ -26,7 +26,7 @@ fn with(base: &Path, kind: &str) -> PathBuf {
 }
 
 /// Writes an EXR file with all layers, a PNG file as the window shows it, and the model where there is one; returns the
-/// paths.
+/// paths. `denoise`: adds the denoised layer, which the PNG then shows.
 ///
 /// # Errors
 /// A lost device, a file that cannot be written.
@@ -36,6 +36,7 @@ pub fn save(
     method: Method,
     camera_flags: &str,
     save: &Save,
+    denoise: Option<impl FnOnce(&mut Picture) -> Result<(), FilmError>>,
 ) -> Result<Vec<PathBuf>, RenderError> {
     let base = free_name(&save.name);
     let report = renderer.report()?;
@@ -49,6 +50,11 @@ pub fn save(
     });
     picture.metadata.push(("cameraFlags".into(), Attribute::Text(camera_flags.into())));
     let mut paths = write(&base, &picture, save)?;
+    if let Some(denoise) = denoise {
+        // What is there already stays, whatever becomes of this.
+        denoise(&mut picture)?;
+        write(&base, &picture, save)?;
+    }
     if let Some(model) = &renderer.model {
         let path = with(&base, "model");
         model.save(&path)?;

@@ -22,6 +22,8 @@ pub struct Snapshot {
     pub camera_flags: String,
     /// Counts up with every snapshot.
     pub number: u64,
+    /// Denoised, of a moment ago, where requested and as soon as there is one.
+    pub denoised: Option<Arc<Picture>>,
     /// Of each pixel, where requested.
     pub subspaces: Option<Arc<Vec<FirstSubspaces>>>,
     /// Samples of each pixel that were not finite, where requested.

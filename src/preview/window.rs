@@ -300,6 +300,7 @@ impl App {
             },
             paused: self.choices.paused,
             samples: self.choices.samples,
+            denoised: self.choices.look.show == Show::Denoised,
             subspaces: matches!(self.choices.look.show, Show::EyeSubspaces | Show::LightSubspaces),
             non_finite: self.choices.look.show == Show::NonFinite,
         }

@@ -32,6 +32,14 @@ impl TimeLimit {
         }
     }
 
+    /// The same, after some of it is spent.
+    pub fn without(self, spent: Duration) -> Self {
+        match self {
+            Self::Total(time) => Self::Total(time.saturating_sub(spent)),
+            Self::Rendering(time) => Self::Rendering(time.saturating_sub(spent)),
+        }
+    }
+
     /// Time for rendering where learning took so long; none where that was too long.
     pub fn for_rendering(self, learning: Duration) -> Duration {
         match self {

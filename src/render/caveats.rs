@@ -32,16 +32,24 @@ fn unreachable(scene: &Scene, camera: &Camera) -> Vec<String> {
     lines
 }
 
-/// Light that eye paths may never find, so that its absence is in no estimate.
-fn unknown(scene: &Scene, plan: &Plan) -> Option<String> {
+/// The smooth surfaces that bring light to others, where there are both and light.
+pub(super) fn caustics(scene: &Scene) -> Option<String> {
     let is_smooth = |material: &Material| {
         material.roughness < SMOOTH && material.metallic.max(material.transmission) > 0.0 && !material.unlit
     };
     let receives = |material: &Material| !is_smooth(material) && !material.unlit;
-    if plan.to_camera || !SceneFeatures::of(scene).lights() || names(scene, receives).is_none() {
+    if !SceneFeatures::of(scene).lights() || names(scene, receives).is_none() {
         return None;
     }
-    let names = names(scene, is_smooth)?;
+    names(scene, is_smooth)
+}
+
+/// Light that eye paths may never find, so that its absence is in no estimate.
+fn unknown(scene: &Scene, plan: &Plan) -> Option<String> {
+    if plan.to_camera {
+        return None;
+    }
+    let names = caustics(scene)?;
     let remedy = match plan.selector {
         Some(_) => "add --light-tracing",
         None => "compare with `-i bdpt --light-tracing`",

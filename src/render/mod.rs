@@ -1,5 +1,6 @@
 //! From a scene and options to a picture: what comes before the first sample, the loop over rounds of samples, reports.
 
+mod auto;
 mod budget;
 mod caveats;
 mod checkpoint;
@@ -10,8 +11,10 @@ mod options;
 mod prepared;
 mod renderer;
 mod report;
+mod seen;
 
 pub use crate::film::state::pixel_sums;
+pub use auto::Automatic;
 pub use budget::{Budget, Estimate, Progress, Stop, TimeLimit};
 pub use checkpoint::{Keeping, picture_of, rays_of, take_up};
 pub use error::RenderError;
@@ -19,3 +22,4 @@ pub use options::RenderOptions;
 pub use prepared::{Prepared, Uploaded};
 pub use renderer::{LearningTime, Renderer};
 pub use report::{Origin, Report};
+pub use seen::SeenLayers;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Budget;
+use super::{Budget, SeenLayers};
 use crate::integrator::{Method, Strategy, View};
 use crate::scene::SceneFeatures;
 use crate::subspace::Model;
@@ -20,6 +20,11 @@ pub struct RenderOptions {
     pub budget: Budget,
     /// Layers for albedo, normal and depth.
     pub first_hit_layers: bool,
+    /// Albedo and normal are those of what is seen in mirrors and through smooth glass, as a denoiser wants them.
+    pub through_mirrors: bool,
+    /// The environment is a light, and not to be seen.
+    pub transparent: bool,
+    pub seen: SeenLayers,
     /// Time every kernel.
     pub timing: bool,
     /// What `Method::SpcBpt` has learnt before; `None`: it learns from `training` first.

@@ -1,10 +1,12 @@
 //! What comes before the first sample: the scene goes to the device, and the method learns.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
+use super::seen::{Seen, SeenLayers, Surfaces};
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::Accel;
 use crate::device::layout::Camera;
@@ -14,7 +16,7 @@ use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, RayCounts, Settings, integrator};
 use crate::render::RenderError;
-use crate::scene::{self, Scene, SceneFeatures};
+use crate::scene::{self, Material, Scene, SceneFeatures};
 use crate::training::{
     PreparedTrainer, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When, train,
 };
@@ -28,9 +30,13 @@ pub struct Uploaded {
     pub hash: u64,
     /// Of the scene's loader.
     warnings: Vec<String>,
+    /// There are mirrors or smooth glass.
+    has_mirrors: bool,
     triangles: usize,
     dropped_triangles: usize,
     accel_seconds: f64,
+    /// Where layers need them.
+    surfaces: Option<Arc<Surfaces>>,
 }
 
 impl Uploaded {
@@ -43,6 +49,19 @@ impl Uploaded {
         scene: &Scene,
         features: Option<SceneFeatures>,
     ) -> Result<Self, RenderError> {
+        Self::for_layers(context, scene, features, SeenLayers::default())
+    }
+
+    /// As [`new`](Self::new), with what pictures with such layers need.
+    ///
+    /// # Errors
+    /// What the layers below report.
+    pub fn for_layers(
+        context: &Context,
+        scene: &Scene,
+        features: Option<SceneFeatures>,
+        layers: SeenLayers,
+    ) -> Result<Self, RenderError> {
         let accel = Accel::build(scene)?;
         let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         Ok(Self {
@@ -50,9 +69,11 @@ impl Uploaded {
             scene: DeviceScene::new(context, scene, &accel, features)?,
             hash: scene.content_hash(),
             warnings: scene.warnings.iter().map(ToString::to_string).collect(),
+            has_mirrors: scene.materials.iter().any(Material::is_delta),
             triangles: accel.triangles.len(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
+            surfaces: layers.any().then(|| Arc::new(Surfaces::new(scene, &accel, layers))),
         })
     }
 
@@ -71,8 +92,9 @@ pub struct Prepared {
     camera: Camera,
     settings: Settings,
     warm_start: Option<WarmStart>,
+    surfaces: Option<Arc<Surfaces>>,
     learning_time: LearningTime,
-    report: Report,
+    pub(super) report: Report,
 }
 
 impl Prepared {
@@ -81,15 +103,21 @@ impl Prepared {
     /// # Errors
     /// No such camera, a picture without pixels, or what the layers below report.
     pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
-        let camera = scene
-            .cameras
-            .get(options.camera)
-            .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
+        let camera = camera_of(scene, options.camera)?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
         let caveats = caveats(scene, camera, &options.method.plan());
-        let mut prepared = Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)?;
+        let mut prepared = Self::of(
+            &Uploaded::for_layers(context, scene, options.features, options.seen)?,
+            camera,
+            options,
+        )?;
         prepared.report.caveats = caveats;
         Ok(prepared)
+    }
+
+    /// What is to be rendered, and how.
+    pub fn options(&self) -> &RenderOptions {
+        &self.options
     }
 
     /// A render of a scene that is on the device, from `camera`, whatever the options say of cameras.
@@ -109,6 +137,10 @@ impl Prepared {
             method: options.method,
             strategy: options.strategy,
             first_hit: options.first_hit_layers,
+            transparent: options.transparent,
+            through_mirrors: options.through_mirrors
+                && uploaded.has_mirrors
+                && !device_scene.features.lambert_only,
             timing: options.timing,
         };
         let report = Report {
@@ -144,6 +176,7 @@ impl Prepared {
             scene: device_scene.clone(),
             settings,
             warm_start: None,
+            surfaces: uploaded.surfaces.clone(),
             learning_time: LearningTime::default(),
             report,
             options,
@@ -249,8 +282,18 @@ impl Prepared {
             Some(When::Meanwhile) => trainer = Some(self.begin_to_learn()?),
             None => {}
         }
-        let Self { context, scene_hash, options, scene, camera, settings, learning_time, mut report, .. } =
-            self;
+        let Self {
+            context,
+            scene_hash,
+            options,
+            scene,
+            camera,
+            settings,
+            surfaces,
+            learning_time,
+            mut report,
+            ..
+        } = self;
         let (unit, radiance_scale) = (scene.unit, 2f64.powi(scene.radiance_exponent));
         let model = options.model.clone().filter(|_| options.method.plan().learns());
         report.training = model.as_ref().map(|model| model.report.clone());
@@ -277,6 +320,7 @@ impl Prepared {
             learning: trainer.map(PreparedTrainer::start).transpose()?,
             next_round: SAMPLES_PER_ROUND,
             first_hits: None,
+            seen: surfaces.map(Seen::new),
             samples: 0,
             first: 0,
             groups: BTreeMap::new(),
@@ -304,7 +348,11 @@ impl Renderer {
     }
 }
 
-fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
+pub(super) fn camera_of(scene: &Scene, wanted: usize) -> Result<&scene::Camera, RenderError> {
+    scene.cameras.get(wanted).ok_or(RenderError::NoCamera { wanted, count: scene.cameras.len() })
+}
+
+pub(super) fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
     let end = |first: u32, count: u32| {
         u64::from(first) + u64::from(count.saturating_sub(1)) * u64::from(region.stride) + 1
     };

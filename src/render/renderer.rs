@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::budget::{Budget, Estimate, Progress, Stop};
 use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers};
+use super::seen::Seen;
 use super::{RenderError, RenderOptions, Report};
 use crate::accel::UnitSpace;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
@@ -49,6 +50,7 @@ pub struct Renderer {
     pub(super) next_round: u32,
     /// Once they were asked for.
     pub(super) first_hits: Option<Vec<FirstHitPixel>>,
+    pub(super) seen: Option<Seen>,
     /// The sample that the next round begins with, and the one that the render began with.
     pub(super) samples: u32,
     pub(super) first: u32,
@@ -105,6 +107,9 @@ impl Renderer {
         (self.samples, self.first) = (0, 0);
         self.groups.clear();
         self.rays_before = RayCounts::default();
+        if let Some(seen) = &mut self.seen {
+            seen.forget();
+        }
         self.elapsed = Duration::ZERO;
         Ok(())
     }
@@ -326,6 +331,14 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn picture(&mut self) -> Result<Picture, RenderError> {
+        // Layers are part of what is saved after an interrupt.
+        self.integrator.wavefront_mut().hold(true);
+        let picture = self.with_layers();
+        self.integrator.wavefront_mut().hold(false);
+        picture
+    }
+
+    fn with_layers(&mut self) -> Result<Picture, RenderError> {
         let mut picture = self.radiance()?;
         if self.options.first_hit_layers {
             let hits = match self.first_hits.take() {
@@ -334,6 +347,9 @@ impl Renderer {
             };
             picture.layers.extend(first_hit_layers(&hits, &self.unit));
             self.first_hits = Some(hits);
+        }
+        if let Some(seen) = &mut self.seen {
+            seen.add_to(&mut picture, self.samples, self.integrator.wavefront_mut(), &self.context)?;
         }
         Ok(picture)
     }

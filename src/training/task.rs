@@ -86,7 +86,14 @@ impl TrainingTask {
             context: context.clone(),
             scene: scene.clone(),
             camera: *camera,
-            settings: Settings { strategy: None, timing: false, first_hit: false, ..settings },
+            settings: Settings {
+                strategy: None,
+                timing: false,
+                first_hit: false,
+                through_mirrors: false,
+                transparent: false,
+                ..settings
+            },
             scene_hash,
             training: training.clone(),
             warm_start: None,

@@ -9,7 +9,7 @@ use halfway::film::{Attribute, Picture};
 
 use crate::command::{Case, Run};
 
-const SCENE: &str = "builtin:cornell --size 16x16";
+const SCENE: &str = "builtin:cornell -i path --size 16x16";
 
 /// Everything but how it was made.
 fn pixels(picture: &Picture) -> Picture {
@@ -25,6 +25,8 @@ fn r11_usage_that_makes_no_portion_is_refused() {
         ("render builtin:cornell --samples 0..8 -o DIR/a.exr", &["name it .part"]),
         ("render builtin:cornell --samples 0..8 -o DIR/a.part -o DIR/b.part", &["one file"]),
         ("render builtin:cornell --samples 0..8 --spp 8", &["--samples", "--spp"]),
+        ("render builtin:cornell --samples 0..8 -o DIR/a.part", &["-i path"]),
+        ("render builtin:cornell -i path --denoise --samples 0..8 -o DIR/a.part", &["--denoise", "portion"]),
         ("render builtin:cornell -i spcbpt --samples 0..8 -o DIR/a.part", &["halfway train", "--model"]),
         ("render builtin:cornell --checkpoint-every 5s", &["--checkpoint"]),
         ("render builtin:cornell --checkpoint DIR/no/such/place", &["no/such"]),

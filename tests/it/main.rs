@@ -4,6 +4,7 @@
 
 mod against_judge;
 mod alias;
+mod auto;
 mod bent_normals;
 mod bidirectional;
 mod bsdf;
@@ -20,9 +21,11 @@ mod command_page;
 mod command_train;
 mod command_warnings;
 mod compare;
+mod composite;
 mod culling;
 mod cut;
 mod degenerate;
+mod denoise;
 mod determinism;
 mod device;
 mod emissive_alpha;

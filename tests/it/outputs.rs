@@ -115,6 +115,10 @@ fn s04_outputs_choose_what_is_compiled_and_made() {
     whole.iter_mut().for_each(|names| names.sort());
     assert_eq!(exr, whole);
     assert_eq!(made(&case, &format!("-o a.png --tev {address}")), whole);
+    assert_eq!(made(&case, "-o a.png --denoise"), whole);
+    // Rays that were traced anyway, read back: no kernel, no buffer.
+    assert_eq!(made(&case, "-o a.exr --layers position,uv,cryptomatte --transparent --half"), whole);
+    assert_eq!(made(&case, "-o a.png --transparent --png-bits 16"), png);
     // Subspaces have shades by the normals.
     for (arguments, first_hits) in [
         ("-i bdpt --max-depth 1 -o a.png", false),

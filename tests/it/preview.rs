@@ -81,6 +81,7 @@ fn request(navigator: &Navigator, slot: usize, view: u64) -> Request {
         beside: None,
         paused: false,
         samples: Some(SAMPLES),
+        denoised: false,
         subspaces: false,
         non_finite: false,
     }

@@ -109,6 +109,7 @@ fn render(preprocessing_seconds: f64, seconds_per_unit: f64, checkpoints: &[u32]
             relmse: mape * mape + 0.01,
             relmse_trimmed: mape * mape,
             mean_ratio: 1.0,
+            flip: None,
             estimated_error: (samples >= 16).then_some(0.5 * mape),
             non_finite: 0,
         }
@@ -241,7 +242,9 @@ fn a_render_goes_on_to_its_goal() {
     let mut run = |time: Duration, goal: Option<Goal>| {
         let mut clock = probe.clock().expect("a clock");
         let plan = Plan { time: Some(time), samples: None, equal_samples: 8, goal };
-        measure(&mut shot(1), &plan, &reference, &mut clock, |_| false).expect("a render").expect("its end")
+        measure(&mut shot(1), &plan, &reference, &mut clock, None, |_| false)
+            .expect("a render")
+            .expect("its end")
     };
     // Long enough for a few checkpoints, however slow the device.
     let mut time = Duration::from_millis(20);
@@ -356,7 +359,7 @@ fn bench_trade_has_every_figure_and_goes_on_where_it_was() {
 
     let csv = read("out/trade.csv");
     let columns: BTreeSet<usize> = csv.lines().map(|line| line.split(',').count()).collect();
-    assert_eq!(columns, BTreeSet::from([15]), "{csv}");
+    assert_eq!(columns, BTreeSet::from([16]), "{csv}");
     assert!(csv.lines().count() > 3 * 2 * 2, "{csv}");
     let page = read("page.md");
     for phrase in [
@@ -482,6 +485,30 @@ fn render_traces_its_error() {
     refuse("--reference missing.exr", "missing.exr");
     refuse("--reference ref.exr --crop 0,0,8,8", "16x16");
     refuse("--reference ref.exr --trace-error nowhere/b.csv", "nowhere/b.csv");
+}
+
+/// A denoised curve stands beside the raw one, with what is seen of both.
+#[test]
+fn bench_trade_denoises() {
+    let case = Case::new();
+    case.run(
+        "bench trade builtin:cornell --size 16x16 --integrators path --denoise --spp 8 --seeds 1 --equal-samples 8 \
+         --reference-time 2s --output out",
+    )
+    .assert(0, &["path:denoise"]);
+    let read = |name: &str| std::fs::read_to_string(case.path(name)).expect(name);
+    let trade: Value = serde_json::from_str(&read("out/trade.json")).expect("JSON");
+    let [raw, denoised] = [0, 1].map(|place| {
+        let end = &trade["scenes"][0]["integrators"][place]["runs"][0][0];
+        assert!(end["flip"].as_f64().is_some_and(|flip| flip > 0.0 && flip < 1.0), "{end}");
+        end["mape"].as_f64().expect("a number")
+    });
+    assert!(denoised < raw, "{denoised} {raw}");
+    let page = read("out/trade.md");
+    for phrase in ["`-i path --denoise`", "## What is seen", "| FLIP |"] {
+        assert!(page.contains(phrase), "'{phrase}' not in\n{page}");
+    }
+    case.run("bench efficiency builtin:cornell --integrators path:denoise").assert(2, &["bench trade"]);
 }
 
 /// Ctrl-C ends it after the round and says how to go on.

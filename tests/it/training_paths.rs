@@ -33,6 +33,8 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
         method,
         strategy: None,
         first_hit: false,
+        through_mirrors: false,
+        transparent: false,
         timing: false,
     };
     let learning = subspace::Settings { subspaces: Some(12), ..subspace::Settings::default() };

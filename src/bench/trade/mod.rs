@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::reference::Reference;
 use super::speed::NormalisedClock;
+use crate::film::denoise::Denoiser;
 use crate::film::metric::{self, Errors};
 use crate::film::{FilmError, Picture};
 use crate::math::curve;
@@ -107,7 +108,11 @@ pub struct Checkpoint {
     pub relmse_trimmed: f64,
     /// The picture's mean over the reference's.
     pub mean_ratio: f64,
-    /// The renderer's own estimate of its MAPE; `None` before two groups of samples.
+    /// What a viewer sees of it: mean LDR-FLIP at the exposure that suits the reference. `None` of pictures that are compared
+    /// at some pixels only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flip: Option<f64>,
+    /// The renderer's own estimate of its MAPE; `None` before two groups of samples, and of denoised pictures.
     pub estimated_error: Option<f64>,
     pub non_finite: u64,
 }
@@ -134,6 +139,7 @@ impl Checkpoint {
             relmse,
             relmse_trimmed,
             mean_ratio: metric::mean_ratio(picture, reference).ratio,
+            flip: None,
             estimated_error: report.estimated_error,
             non_finite: report.non_finite,
         })
@@ -141,17 +147,18 @@ impl Checkpoint {
 
     /// The names of [`row`](Self::row).
     pub const COLUMNS: &str = "samples,seconds,preprocessing_seconds,total_seconds,mape,relmse,relmse_trimmed,mean_ratio,\
-                               estimated_mape,non_finite";
+                               flip,estimated_mape,non_finite";
 
     /// As a line of a CSV file.
     pub fn row(&self) -> String {
         let Self {
             samples, seconds, preprocessing_seconds, mape, relmse, relmse_trimmed, mean_ratio, ..
         } = self;
+        let flip = self.flip.map_or(String::new(), |flip| flip.to_string());
         let total = self.total_seconds();
         let estimate = self.estimated_error.map_or(String::new(), |error| error.to_string());
         format!(
-            "{samples},{seconds},{preprocessing_seconds},{total},{mape},{relmse},{relmse_trimmed},{mean_ratio},{estimate},{}",
+            "{samples},{seconds},{preprocessing_seconds},{total},{mape},{relmse},{relmse_trimmed},{mean_ratio},{flip},{estimate},{}",
             self.non_finite
         )
     }
@@ -178,16 +185,17 @@ impl Checkpoint {
     }
 }
 
-/// Renders by a plan; comparing does not count as time. `clock` began before anything was learnt. `None` where
-/// `interrupted` said so, which is asked after every round.
+/// Renders by a plan; comparing does not count as time, nor does denoising, where there is a `denoiser`. `clock` began before
+/// anything was learnt. `None` where `interrupted` said so, which is asked after every round.
 ///
 /// # Errors
-/// A lost device, a reference that nothing can be compared with.
+/// A lost device, a reference that nothing can be compared with, a denoiser that refuses.
 pub fn measure(
     renderer: &mut Renderer,
     plan: &Plan,
     reference: &Reference<'_>,
     clock: &mut NormalisedClock,
+    mut denoiser: Option<&mut Denoiser>,
     mut interrupted: impl FnMut(&Progress) -> bool,
 ) -> Result<Option<Vec<Checkpoint>>, RenderError> {
     let before = renderer.learning_time().total.as_secs_f64();
@@ -225,8 +233,19 @@ pub fn measure(
                 break (stop, work);
             }
         };
-        let (report, picture) = (renderer.report()?, renderer.radiance()?.part(&reference.region));
-        points.push(Checkpoint::new(&report, &picture, reference.picture, [work, preprocessing_work])?);
+        let mut report = renderer.report()?;
+        let picture = match denoiser.as_deref_mut() {
+            Some(denoiser) => {
+                report.estimated_error = None;
+                let picture = renderer.picture()?;
+                Picture::new(picture.width, picture.height, denoiser.denoise(&picture)?)
+            }
+            None => renderer.radiance()?,
+        };
+        let picture = picture.part(&reference.region);
+        let point = Checkpoint::new(&report, &picture, reference.picture, [work, preprocessing_work])?;
+        let flip = (reference.region.stride == 1).then(|| metric::flip(&picture, reference.picture));
+        points.push(Checkpoint { flip, ..point });
         match goal {
             Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
                 break;

@@ -42,12 +42,23 @@ impl Quality {
     }
 }
 
+/// The name by which a program chooses.
+const AUTO: &str = "auto";
+
+/// What `--integrator` takes.
+#[derive(Clone, Copy, Debug)]
+enum Integrator {
+    /// What will have the least error at the end of the budget.
+    Auto,
+    Named(&'static Descriptor),
+}
+
 /// How light is transported, and with which settings.
 #[derive(Args, Debug)]
 pub struct MethodArgs {
     /// How light is transported.
-    #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = METHODS[0].name)]
-    integrator: &'static Descriptor,
+    #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = AUTO)]
+    integrator: Integrator,
     #[arg(long, value_name = "M",
           help = format!("Light paths for each sample of the whole picture; a few samples may share theirs ({}; default: a \
                           quarter of the number of pixels, light as many as pixels)", names_of(Setting::LightPaths)))]
@@ -221,7 +232,7 @@ impl LearnArgs {
 struct IntegratorParser;
 
 impl clap::builder::TypedValueParser for IntegratorParser {
-    type Value = &'static Descriptor;
+    type Value = Integrator;
 
     fn parse_ref(
         &self,
@@ -229,13 +240,21 @@ impl clap::builder::TypedValueParser for IntegratorParser {
         argument: Option<&clap::Arg>,
         value: &std::ffi::OsStr,
     ) -> Result<Self::Value, clap::Error> {
-        let names = METHODS.map(|method| method.name);
+        let names = std::iter::once(AUTO).chain(METHODS.iter().map(|method| method.name));
         let name = clap::builder::PossibleValuesParser::new(names).parse_ref(command, argument, value)?;
-        Descriptor::find(&name).ok_or_else(|| clap::Error::new(clap::error::ErrorKind::InvalidValue))
+        if name == AUTO {
+            return Ok(Integrator::Auto);
+        }
+        let found = Descriptor::find(&name).map(Integrator::Named);
+        found.ok_or_else(|| clap::Error::new(clap::error::ErrorKind::InvalidValue))
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(METHODS.iter().map(|method| PossibleValue::new(method.name).help(method.help))))
+        let auto = PossibleValue::new(AUTO).help(
+            "path or spcbpt, whichever a pilot expects to have the least error at the end of the budget",
+        );
+        let methods = METHODS.iter().map(|method| PossibleValue::new(method.name).help(method.help));
+        Some(Box::new(std::iter::once(auto).chain(methods)))
     }
 }
 
@@ -250,15 +269,19 @@ fn names_of(setting: Setting) -> String {
 }
 
 impl MethodArgs {
-    pub fn integrator(&self) -> &'static Descriptor {
-        self.integrator
+    /// The integrator that is named; `None`: one is to be chosen.
+    pub fn integrator(&self) -> Option<&'static Descriptor> {
+        match self.integrator {
+            Integrator::Auto => None,
+            Integrator::Named(descriptor) => Some(descriptor),
+        }
     }
 
-    /// The method with its settings.
+    /// The method with its settings; `None`: one is to be chosen.
     ///
     /// # Errors
     /// A setting that the integrator does not have, or out of its range.
-    pub fn method(&self) -> Result<Method, InputError> {
+    pub fn method(&self) -> Result<Option<Method>, InputError> {
         let given = Given {
             light_paths: self.light_paths,
             connections: self.connections.connections,
@@ -278,12 +301,12 @@ impl MethodArgs {
         if given.light_paths == Some(0) {
             return Err(InputError::Usage("--light-paths takes at least 1 light path per sample".into()));
         }
-        Ok((self.integrator.make)(&given))
+        Ok(self.integrator().map(|descriptor| (descriptor.make)(&given)))
     }
 
     /// Refuses a setting that is given and that the integrator does not have.
     fn refuse(&self, flag: &str, setting: Setting, is_given: bool) -> Result<(), InputError> {
-        if !is_given || self.integrator.takes(setting) {
+        if !is_given || self.integrator().is_some_and(|descriptor| descriptor.takes(setting)) {
             return Ok(());
         }
         let who = names_of(setting);
@@ -316,12 +339,18 @@ pub struct ModelArgs {
 }
 
 impl ModelArgs {
-    /// Reads the model, if one is named.
+    /// A model is named.
+    pub fn is_given(&self) -> bool {
+        self.model.is_some()
+    }
+
+    /// Reads the model, if one is named. Without a method it will be one that takes the model.
     ///
     /// # Errors
     /// A method that does not learn; a file that cannot be read, or is of another scene.
-    pub fn load(&self, scene_hash: u64, method: Method) -> Result<Option<Arc<Model>>, CliError> {
+    pub fn load(&self, scene_hash: u64, method: Option<Method>) -> Result<Option<Arc<Model>>, CliError> {
         let Some(path) = &self.model else { return Ok(None) };
+        let Some(method) = method else { return Ok(Some(Arc::new(Model::load(path, scene_hash)?))) };
         let plan = method.plan();
         if !plan.learns() {
             let usage = "--model is a setting of spcbpt; leave it out, or add --integrator spcbpt";

@@ -4,6 +4,7 @@
 mod camera;
 mod error;
 pub mod method;
+mod output;
 mod parse;
 pub mod picture;
 mod scene;
@@ -16,6 +17,7 @@ use crate::film::write::{try_file, try_folder};
 
 pub use camera::{CameraArgs, CameraNameArgs};
 pub use error::InputError;
+pub use output::OutputArgs;
 pub use parse::{parse_crop, parse_duration, parse_exposure, parse_probability, parse_size, parse_stops};
 pub use scene::{BackFaces, SceneArgs, say_what_is_missing};
 

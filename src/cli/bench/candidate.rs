@@ -15,6 +15,8 @@ use crate::training::{Training, When};
 pub struct Candidate {
     pub label: String,
     pub method: Method,
+    /// Its pictures are denoised before they are compared.
+    pub denoise: bool,
     training: Training,
     paths: PathArgs,
 }
@@ -27,6 +29,8 @@ struct OneIntegrator {
     method: MethodArgs,
     #[command(flatten)]
     paths: PathArgs,
+    #[arg(long)]
+    denoise: bool,
 }
 
 impl Candidate {
@@ -46,6 +50,11 @@ impl Candidate {
             InputError::Usage(format!("the integrator '{label}': {}", line.join(" ")))
         })?;
         let (method, training) = (parsed.method.method()?, parsed.method.training()?);
+        let method = method.ok_or_else(|| {
+            InputError::Usage(format!(
+                "the integrator '{label}': benchmarks compare what was chosen, not the choice; name an integrator"
+            ))
+        })?;
         if training.when == Some(When::Meanwhile) {
             return Err(InputError::Usage(format!(
                 "the integrator '{label}': benchmarks stop a render's clock to compare its picture, and learning would go \
@@ -55,7 +64,7 @@ impl Candidate {
         }
         // The same seed makes the same picture in every run.
         let training = Training { when: training.when.or(Some(When::First)), ..training };
-        Ok(Self { label: label.to_owned(), method, training, paths: parsed.paths })
+        Ok(Self { label: label.to_owned(), method, denoise: parsed.denoise, training, paths: parsed.paths })
     }
 
     pub fn options(&self, bench_scene: &BenchScene, seed: u64) -> RenderOptions {
@@ -63,9 +72,34 @@ impl Candidate {
             view: View { seed, ..bench_scene.options.view },
             method: self.method,
             training: self.training.clone(),
+            first_hit_layers: self.denoise,
+            through_mirrors: self.denoise,
             ..bench_scene.options.clone()
         };
         self.paths.apply(options)
+    }
+
+    /// The same, denoised.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn denoised(&self) -> Result<Self, InputError> {
+        let separator = if self.label.contains(':') { ',' } else { ':' };
+        Self::parse(&format!("{}{separator}denoise", self.label))
+    }
+
+    /// Refuses what is denoised where errors are taken for noise.
+    ///
+    /// # Errors
+    /// It is denoised.
+    pub fn refuse_denoised(&self) -> Result<(), InputError> {
+        match self.denoise {
+            true => Err(InputError::Usage(format!(
+                "the integrator '{}': what is denoised is measured by 'halfway bench trade'; leave out denoise",
+                self.label
+            ))),
+            false => Ok(()),
+        }
     }
 
     /// The flags by which `render` does the same.

@@ -73,6 +73,7 @@ pub struct EfficiencyArgs {
 /// Bad input, no device, a reference that cannot be kept.
 pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
+    candidates.iter().try_for_each(Candidate::refuse_denoised)?;
     let store = args.reference.store()?;
     let context = args.scenes.picture.device.open(true)?;
     let (today, command) = (today(), command_line());

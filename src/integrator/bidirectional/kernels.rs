@@ -55,7 +55,7 @@ impl Kernels {
         Ok(Self {
             light: if lights { Some(LightKernels::new(context, wavefront, plan, guide)?) } else { None },
             eye_shade: match plan.selector {
-                Some(_) => Some(wavefront.compile(context, "eye_shade", &[])?),
+                Some(_) => Some(wavefront.compile(context, "eye_shade", wavefront.sky_features())?),
                 None => None,
             },
         })

@@ -85,11 +85,13 @@ pub(super) struct SharedKernels {
     pub tests: Option<[Kernel; 2]>,
     pub accumulate: Kernel,
     pub first_hit: Option<Kernel>,
+    pub mirror_follow: Option<Kernel>,
 }
 
 impl SharedKernels {
     pub fn new(context: &Context, compiler: &mut Compiler, settings: &Settings) -> Result<Self, DeviceError> {
         let connects = compiler.features.contains(Feature::Lights);
+        let follows = settings.first_hit && settings.through_mirrors;
         let mut compile = |name: &str, extra: &[Feature]| compiler.compile(context, name, extra);
         Ok(Self {
             camera_rays: compile("camera_rays", &[])?,
@@ -100,7 +102,12 @@ impl SharedKernels {
                 false => None,
             },
             accumulate: compile("film_accumulate", &[])?,
-            first_hit: if settings.first_hit { Some(compile("first_hit", &[])?) } else { None },
+            first_hit: match (settings.first_hit, follows) {
+                (false, _) => None,
+                (true, false) => Some(compile("first_hit", &[])?),
+                (true, true) => Some(compile("first_hit", &[Feature::ThroughMirrors])?),
+            },
+            mirror_follow: if follows { Some(compile("mirror_follow", &[])?) } else { None },
         })
     }
 }
@@ -123,6 +130,12 @@ impl Wavefront {
     /// Something in the scene can be sampled as a light.
     pub(crate) fn has_lights(&self) -> bool {
         self.compiler.features.contains(Feature::Lights)
+    }
+
+    /// What kernels that meet the environment are compiled with.
+    pub(crate) fn sky_features(&self) -> &'static [Feature] {
+        let unseen = self.settings.transparent && self.compiler.features.contains(Feature::Environment);
+        if unseen { &[Feature::Transparent] } else { &[] }
     }
 
     /// Kernels write down the paths that they find.

@@ -50,6 +50,7 @@ pub struct Wavefront {
     pub(crate) test_connections: Vec<Stage>,
     accumulate: Bound,
     pub(crate) first_hit: Option<Bound>,
+    mirror_follow: Option<Bound>,
     pub timing: Option<Timing>,
     /// What the device does not count apart.
     pub(crate) light_counts: RayCounts,
@@ -94,10 +95,12 @@ impl Wavefront {
         let closest_hit = bind_pair(context, &mut buffers, &swapped, &kernels.closest_hit)?;
         let advance = kernels.advance.bind(context, &buffers)?;
         let accumulate = kernels.accumulate.bind(context, &buffers)?;
-        let first_hit = match kernels.first_hit {
-            Some(kernel) => Some(bind_pair(context, &mut buffers, &swapped, &kernel)?[0].clone()),
-            None => None,
+        let mut bind_first = |kernel: Option<Kernel>| match kernel {
+            Some(kernel) => bind_pair(context, &mut buffers, &swapped, &kernel).map(|[first, _]| Some(first)),
+            None => Ok(None),
         };
+        let first_hit = bind_first(kernels.first_hit)?;
+        let mirror_follow = bind_first(kernels.mirror_follow)?;
         let capacity = queues::capacity(context);
         let mut wavefront = Self {
             buffers,
@@ -117,6 +120,7 @@ impl Wavefront {
             test_connections: Vec::new(),
             accumulate,
             first_hit,
+            mirror_follow,
             timing: if settings.timing { Timing::new(context) } else { None },
             light_counts: RayCounts::default(),
             aside: 0,

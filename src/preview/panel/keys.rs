@@ -65,8 +65,9 @@ pub const VIEW_TRANSFORMS: [(ViewTransform, &str); 3] =
     [(ViewTransform::Neutral, "neutral"), (ViewTransform::Srgb, "sRGB"), (ViewTransform::Agx, "AgX")];
 
 /// Keys that change what the user has chosen, as [`help`] lists them.
-const CHOICES: [(&str, &str); 5] = [
+const CHOICES: [(&str, &str); 6] = [
     ("Space", "Pause, resume"),
+    ("D", "Denoised"),
     ("H", "Next heat map"),
     ("V", "Next view transform"),
     ("+ and -", "Exposure"),
@@ -135,9 +136,14 @@ pub fn keys(ui: &Ui, choices: &mut Choices, has_reference: bool) -> Vec<Action> 
         if flying {
             return;
         }
+        if times(Key::D, false) % 2 == 1 {
+            let denoised = choices.look.show == Show::Denoised;
+            choices.look.show = if denoised { Show::Radiance } else { Show::Denoised };
+        }
         for _ in 0..times(Key::H, false) {
             choices.look.show = next(&Show::ALL, choices.look.show);
-            if choices.look.show == Show::Error && !has_reference {
+            // That has a key of its own, and wants a library.
+            if choices.look.show == Show::Denoised || (choices.look.show == Show::Error && !has_reference) {
                 choices.look.show = next(&Show::ALL, choices.look.show);
             }
         }
@@ -159,7 +165,7 @@ mod tests {
 
     #[test]
     fn every_method_has_a_key_of_its_own() {
-        let taken = [Key::Space, Key::Tab, Key::Plus, Key::Equals, Key::Minus, Key::H, Key::V];
+        let taken = [Key::Space, Key::Tab, Key::Plus, Key::Equals, Key::Minus, Key::D, Key::H, Key::V];
         let mut seen: Vec<Key> =
             taken.into_iter().chain(SHORTCUTS.iter().map(|shortcut| shortcut.key)).collect();
         for method in METHODS {

@@ -62,6 +62,9 @@ impl State {
         if request.slot != self.request.slot || request.beside != self.request.beside {
             self.failed = [false; SLOTS];
         }
+        if request.denoised != self.request.denoised {
+            self.denoising.try_again();
+        }
         self.request = request;
     }
 

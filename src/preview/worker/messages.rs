@@ -21,6 +21,8 @@ pub struct Request {
     pub paused: bool,
     /// Samples per pixel after which a picture is complete; `None`: it never is.
     pub samples: Option<u32>,
+    /// Snapshots contain the denoised picture, and so do files.
+    pub denoised: bool,
     /// Snapshots contain the subspaces of every pixel.
     pub subspaces: bool,
     /// Snapshots contain the count of non-finite samples of every pixel.

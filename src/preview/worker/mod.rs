@@ -3,6 +3,7 @@
 //! `handle.rs` says what each message does, `schedule.rs` what is built and rendered next, `publish.rs` what the window
 //! and files are given.
 
+mod denoising;
 mod handle;
 mod messages;
 mod publish;
@@ -24,6 +25,7 @@ use super::film::Film;
 use super::snapshot::{Activity, Snapshot};
 use super::{SLOTS, Settings};
 
+use denoising::Denoising;
 use messages::Command;
 pub use messages::{Event, Request, Save, Saved};
 
@@ -83,6 +85,7 @@ impl Worker {
             next_round: None,
             shown: 0,
             working: 0,
+            denoising: Denoising::default(),
             saves: Vec::new(),
             quits: false,
             snapshots: 0,
@@ -195,6 +198,7 @@ struct State {
     shown: usize,
     /// The integrator that an error is put down to.
     working: usize,
+    denoising: Denoising,
     saves: Vec<Save>,
     quits: bool,
     /// Published so far.

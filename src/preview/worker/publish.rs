@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::device::DeviceError;
+use crate::film::Picture;
 use crate::preview::film::Film;
 use crate::preview::saving;
 use crate::preview::snapshot::{Snapshot, figures, memory};
@@ -26,7 +27,10 @@ impl State {
         let (slot, view, samples) = (self.shown, self.request.view, film.renderer.samples());
         for save in std::mem::take(&mut self.saves) {
             let (method, flags) = (self.settings.methods[slot], &self.request.camera_flags);
-            let event = match saving::save(&self.settings, &mut film.renderer, method, flags, &save) {
+            let denoise = |picture: &mut Picture| self.denoising.add_to(picture);
+            let denoise = self.request.denoised.then_some(denoise);
+            let event = match saving::save(&self.settings, &mut film.renderer, method, flags, &save, denoise)
+            {
                 Ok(paths) => Event::Saved(Saved { paths, slot, view, samples }),
                 Err(error @ RenderError::Device(DeviceError::Lost { .. })) => return Err(error),
                 Err(error) => Event::Failed(format!("not all files were saved: {error}")),
@@ -79,9 +83,32 @@ impl State {
         Ok(())
     }
 
+    /// The denoised picture of what is seen, where it is requested: `last`, or a new one where that is due.
+    fn denoised(&mut self, last: Option<Arc<Picture>>) -> Result<Option<Arc<Picture>>, RenderError> {
+        let (slot, view, is_last) = (self.shown, self.request.view, self.next_film().is_none());
+        let is_there =
+            |film: &&mut Film| film.view() == Some(view) && film.divisor == 1 && film.renderer.samples() > 0;
+        let Some(film) = self.films[slot].as_mut().filter(|film| self.request.denoised && is_there(film))
+        else {
+            return Ok(None);
+        };
+        let of = (slot, view, film.renderer.samples());
+        if !self.denoising.is_due(of, is_last) {
+            return Ok(last.filter(|_| self.denoising.shows(slot, view)));
+        }
+        match self.denoising.make(of, film.renderer.picture()?) {
+            Ok(picture) => Ok(Some(picture)),
+            Err(error) => {
+                self.send(Event::Failed(error.to_string()));
+                Ok(None)
+            }
+        }
+    }
+
     /// The last snapshot, with what there is of the requested view in place of what it had.
     fn make_snapshot(&mut self) -> Result<Snapshot, RenderError> {
         let mut snapshot = Snapshot { number: self.snapshots + 1, ..(*self.shared.latest()).clone() };
+        snapshot.denoised = self.denoised(snapshot.denoised.take())?;
         let is_there = |film: &Film| film.view() == Some(self.request.view) && film.renderer.samples() > 0;
         if let Some(film) = self.films[self.shown].as_mut().filter(|film| is_there(film)) {
             self.working = self.shown;

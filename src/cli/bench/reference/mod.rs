@@ -75,6 +75,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
     let maker = Candidate::parse(&args.integrator)?;
     let default_checker = if args.integrator == "path" { "lvcbpt" } else { "path" };
     let checker = Candidate::parse(args.check_integrator.as_deref().unwrap_or(default_checker))?;
+    [&maker, &checker].into_iter().try_for_each(Candidate::refuse_denoised)?;
     let store = ReferenceStore {
         folder: args.references.clone(),
         time: args.time,

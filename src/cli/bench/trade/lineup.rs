@@ -20,7 +20,12 @@ impl Lineup {
     pub fn new(args: &TradeArgs) -> Result<Self, InputError> {
         let mut all: Vec<Candidate> = Vec::new();
         let sweeps = args.sweep.iter().map(|sweep| parse_sweep(sweep)).collect::<Result<Vec<_>, _>>()?;
-        let listed = parse_integrators(&args.integrators)?;
+        let mut listed = Vec::new();
+        for one in parse_integrators(&args.integrators)? {
+            let denoised = if args.denoise && !one.denoise { Some(one.denoised()?) } else { None };
+            listed.push(one);
+            listed.extend(denoised);
+        }
         let is_new = |all: &[Candidate], one: &Candidate| all.iter().all(|other| other.label != one.label);
         for one in &listed {
             if !is_new(&all, one) {

@@ -22,6 +22,7 @@ use crate::cli::bench::scene::BenchSceneArgs;
 use crate::cli::progress::install_interrupt;
 use crate::cli::text::{command_line, today};
 use crate::cli::{CliError, Exit};
+use crate::film::denoise::Denoiser;
 use crate::film::write::write_atomic;
 
 use lineup::Lineup;
@@ -55,6 +56,10 @@ pub struct TradeArgs {
     /// Ratios are to the first.
     #[arg(long, value_name = "LIST", default_value = "lvcbpt,spcbpt,path,bdpt")]
     integrators: String,
+    /// Each integrator denoised as well, beside what it renders: a curve of its own, spcbpt:denoise. Denoising takes none of the
+    /// time that is written.
+    #[arg(long)]
+    denoise: bool,
     /// A setting of an integrator (spcbpt if none is named) with values to try, all others at their defaults:
     /// connections=1,2,4 or lvcbpt:light-paths=1000,4000 or bdpt:light-tracing; may be given several times.
     #[arg(long, alias = "knob", value_name = "[INTEGRATOR:]SETTING=VALUES")]
@@ -111,6 +116,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
         )
         .into());
     }
+    let mut denoiser = lineup.all.iter().any(|one| one.denoise).then(Denoiser::open).transpose()?;
     let store = args.reference.store()?;
     let page = args.markdown.clone().unwrap_or(args.output.join("trade.md"));
     let picture = page.with_extension("svg");
@@ -142,7 +148,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
             return Ok(interrupted(&file, &records));
         };
         let renders = SceneRenders { args, context: &context, bench_scene, reference, plan, quiet };
-        if !renders.render_all(&lineup, &mut records, &mut probe)? {
+        if !renders.render_all(&lineup, &mut records, &mut probe, denoiser.as_mut())? {
             return Ok(interrupted(&file, &records));
         }
         all.push(renders);

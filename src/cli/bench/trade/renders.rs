@@ -13,6 +13,7 @@ use crate::cli::bench::scene::BenchScene;
 use crate::cli::progress::{interrupted, learn};
 use crate::cli::text::short;
 use crate::device::Context;
+use crate::film::denoise::Denoiser;
 use crate::math::fnv::fnv;
 use crate::render::{Prepared, RenderError, RenderOptions};
 use crate::training::When;
@@ -56,6 +57,7 @@ impl SceneRenders<'_> {
         lineup: &Lineup,
         records: &mut Records,
         probe: &mut Option<SpeedProbe>,
+        mut denoiser: Option<&mut Denoiser>,
     ) -> Result<bool, CliError> {
         let (count, seeds) = (lineup.all.len(), self.args.seeds);
         let keys = self.keys(lineup)?;
@@ -87,7 +89,10 @@ impl SceneRenders<'_> {
                     Some(probe) => probe,
                     None => probe.insert(SpeedProbe::new(self.context)?),
                 };
-                let Some(points) = self.render(candidate, key.seed, probe)? else { return Ok(false) };
+                let denoiser = denoiser.as_deref_mut().filter(|_| candidate.denoise);
+                let Some(points) = self.render(candidate, key.seed, probe, denoiser)? else {
+                    return Ok(false);
+                };
                 records.push(Record { key: key.clone(), checkpoints: points })?;
                 left -= 1;
             }
@@ -121,6 +126,7 @@ impl SceneRenders<'_> {
         candidate: &Candidate,
         seed: u64,
         probe: &mut SpeedProbe,
+        denoiser: Option<&mut Denoiser>,
     ) -> Result<Option<Vec<Checkpoint>>, CliError> {
         let options =
             RenderOptions { budget: self.plan.budget(), ..candidate.options(&self.bench_scene, seed) };
@@ -134,6 +140,6 @@ impl SceneRenders<'_> {
         }
         let mut renderer = prepared.renderer()?;
         let reference = self.reference.of_whole(&self.bench_scene);
-        Ok(measure(&mut renderer, &self.plan, &reference, &mut clock, |_| interrupted())?)
+        Ok(measure(&mut renderer, &self.plan, &reference, &mut clock, denoiser, |_| interrupted())?)
     }
 }

@@ -24,6 +24,7 @@ pub fn page(trade: &Trade, sheet: &str) -> String {
     page.target();
     page.beside_the_paper();
     page.equal_samples();
+    page.seen();
     page.efficiency();
     page.sweeps();
     page.calibration();

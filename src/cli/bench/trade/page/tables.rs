@@ -2,7 +2,7 @@
 
 use super::Page;
 use super::format::{count, level, met, percent, seconds, share_spread, spread};
-use crate::bench::trade::{ErrorCalibration, Estimate};
+use crate::bench::trade::{Checkpoint, ErrorCalibration, Estimate};
 use crate::cli::bench::trade::paper;
 use crate::cli::bench::trade::results::{CandidateResult, SceneResult};
 use crate::cli::text::{grouped, ratio, short};
@@ -109,6 +109,36 @@ impl Page<'_> {
             ]
         };
         self.by_scene(&["scene", "integrator", "MAPE", "relMSE", "seconds, learning included"], row);
+    }
+
+    /// What is seen of the error at the ends of the renders, where whole pictures are compared.
+    pub(super) fn seen(&mut self) {
+        let last = |one: &CandidateResult, of: fn(&Checkpoint) -> Option<f64>| {
+            let values: Vec<f64> = one.runs.iter().filter_map(|points| of(points.last()?)).collect();
+            (!values.is_empty()).then(|| median(&values))
+        };
+        let flip = |one: &CandidateResult| last(one, |point| point.flip);
+        if self.trade.scenes.iter().flat_map(|scene| &scene.integrators).all(|one| flip(one).is_none()) {
+            return;
+        }
+        self.say("## What is seen\n");
+        self.say(&format!(
+            "At the ends of the renders, after {}{}: MAPE is what a measurement wants, FLIP what a viewer sees who switches \
+             between the picture and the reference (LDR-FLIP, 0 to 1, 67 pixels per degree, at the exposure that suits the \
+             reference). `--denoise` makes pictures look finished long before they are: where its MAPE stops falling, it has \
+             made something up, and only more samples mend that.\n",
+            seconds(self.trade.seconds),
+            self.longest()
+        ));
+        let row = |one: &CandidateResult| {
+            let shown = |value: Option<f64>, show: fn(f64) -> String| value.map_or("-".into(), show);
+            vec![
+                shown(last(one, |point| Some(point.mape)), percent),
+                shown(flip(one), short),
+                shown(last(one, |point| Some(point.mean_ratio)), |ratio| format!("{ratio:.4}")),
+            ]
+        };
+        self.by_scene(&["scene", "integrator", "MAPE", "FLIP", "mean ratio"], row);
     }
 
     /// Efficiency at the ends of the renders, and whether the means agree.

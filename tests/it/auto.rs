@@ -1,0 +1,103 @@
+//! `--integrator auto`: what it chooses, and that the picture is the chosen integrator's.
+
+use std::time::Duration;
+
+use halfway::film::Picture;
+use halfway::integrator::method::{Given, PATH, SPCBPT};
+use halfway::integrator::{Method, View};
+use halfway::render::{Automatic, Budget, Prepared, RenderOptions, TimeLimit, Uploaded};
+use halfway::scene::Scene;
+use halfway::scene::builtin::builtin;
+
+use crate::command::Case;
+use crate::gpu;
+use crate::shots::{options, render};
+
+/// 3072 pixels: a thousand samples of each are worth a pilot.
+const SIZE: [u32; 2] = [64, 48];
+
+fn scene(name: &str) -> Scene {
+    builtin(name).expect("a built-in scene")
+}
+
+fn choose(scene: &Scene, options: &RenderOptions) -> Automatic {
+    let uploaded = Uploaded::new(gpu::context(), scene, None).unwrap();
+    Automatic::choose(&uploaded, scene, &scene.cameras[0], options).unwrap()
+}
+
+fn names(automatic: &Automatic) -> (&'static str, String) {
+    let said =
+        automatic.choices.iter().map(|choice| format!("{} {}: {}", choice.what, choice.value, choice.reason));
+    (automatic.method.name(), said.collect::<Vec<_>>().join("; "))
+}
+
+/// Light that is hard to find is worth learning, an easy picture is not; and no clock has a say.
+#[test]
+fn auto_learns_where_that_pays() {
+    let automatic = choose(&scene("door"), &options(SIZE, 1024));
+    let (name, said) = names(&automatic);
+    assert_eq!(name, "spcbpt", "{said}");
+    assert!(said.contains("a pilot expects"), "{said}");
+    let again = choose(&scene("door"), &options(SIZE, 1024));
+    assert_eq!(automatic.choices, again.choices);
+    let (name, said) = names(&choose(&scene("cornell"), &options(SIZE, 1024)));
+    assert_eq!(name, "path", "{said}");
+    let (name, said) = names(&choose(&scene("cornell"), &options(SIZE, 1 << 24)));
+    assert_eq!(name, "path", "clean in the end: {said}");
+    // An hour has room for what is learnt in seconds.
+    let budget = Budget { time: Some(TimeLimit::Total(Duration::from_secs(3600))), ..Budget::default() };
+    let view = View { width: 640, height: 360, ..View::default() };
+    let (name, said) =
+        names(&choose(&scene("door"), &RenderOptions { view, budget, ..RenderOptions::default() }));
+    assert_eq!(name, "spcbpt", "{said}");
+}
+
+/// Short renders are not held up.
+#[test]
+fn auto_has_no_pilot_where_time_is_short() {
+    let second = Budget { time: Some(TimeLimit::Total(Duration::from_millis(900))), ..Budget::default() };
+    for options in [options(SIZE, 64), RenderOptions { budget: second, ..options([640, 360], 1) }] {
+        let automatic = choose(&scene("door"), &options);
+        assert_eq!(names(&automatic).0, "path");
+        assert_eq!(automatic.pilot, Duration::ZERO);
+    }
+}
+
+#[test]
+fn auto_traces_light_where_caustics_may_be() {
+    let method = |light_tracing| (SPCBPT.make)(&Given { light_tracing, ..Given::default() });
+    assert_eq!(Automatic::without_end(&scene("spheres")).method, method(true));
+    assert_eq!(Automatic::without_end(&scene("cornell")).method, method(false));
+    let mut dark = scene("cornell");
+    dark.materials.iter_mut().for_each(|material| material.emission = glam::Vec3::ZERO);
+    let automatic = Automatic::without_end(&dark);
+    assert_eq!(automatic.method, Method::Path, "{:?}", automatic.choices);
+}
+
+/// The pilot leaves no trace in the picture.
+#[test]
+fn n19_auto_is_bit_for_bit_what_it_chose() {
+    let scene = scene("cornell");
+    let options = options(SIZE, 700);
+    let mut renderer =
+        Prepared::automatic(gpu::context(), &scene, options.clone()).unwrap().renderer().unwrap();
+    renderer.run(|_| false).unwrap();
+    let report = renderer.report().unwrap();
+    assert!(report.choices.iter().any(|choice| choice.what == "integrator" && choice.value == PATH.name));
+    let picture: Picture = renderer.picture().unwrap();
+    assert_eq!(picture, render(&scene, RenderOptions { method: Method::Path, ..options }).picture);
+}
+
+/// It is the default, says so, and files name the integrator that it chose.
+#[test]
+fn auto_is_the_default() {
+    let case = Case::new();
+    let run = case.run("render builtin:cornell --size 8x8 --spp 2 -o a.exr");
+    run.assert(0, &["chosen: integrator path (so short a render"]);
+    case.run("render builtin:cornell --size 8x8 --spp 2 -o b.exr -i path").assert(0, &[]);
+    case.run("render builtin:cornell --size 8x8 --spp 2 -o c.exr -i auto").assert(0, &[]);
+    let (a, b, c) = (case.picture("a.exr"), case.picture("b.exr"), case.picture("c.exr"));
+    assert_eq!(a.rgb, b.rgb);
+    assert_eq!(a.rgb, c.rgb);
+    assert_eq!(a.attribute("integrator"), b.attribute("integrator"));
+}
