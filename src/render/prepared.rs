@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
-use crate::accel::Accel;
+use crate::accel::{Accel, without_wide_triangles};
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
@@ -42,11 +42,12 @@ impl Uploaded {
         scene: &Scene,
         features: Option<SceneFeatures>,
     ) -> Result<Self, RenderError> {
-        let accel = Accel::build(scene)?;
+        let cut = without_wide_triangles(scene);
+        let accel = Accel::build(&cut)?;
         let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         Ok(Self {
             context: context.clone(),
-            scene: DeviceScene::new(context, scene, &accel, features)?,
+            scene: DeviceScene::new(context, &cut, &accel, features)?,
             hash: scene.content_hash(),
             warnings: scene.warnings.iter().map(ToString::to_string).collect(),
             triangles: accel.triangles.len(),
