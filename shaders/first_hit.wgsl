@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let facing = select(-1.0, 1.0, dot(paths_in[path].direction, point.world_ng) < 0.0);
             pixel.albedo += bsdf_albedo(point_surface(point));
             pixel.normal += facing * point_frame(point).shading.normal;
-            pixel.depth += hit.t;
+            pixel.depth += camera.before + hit.t;
             pixel.hits++;
         }
     }

@@ -8,6 +8,7 @@
 mod coincident;
 mod covers;
 mod nearby;
+mod thin;
 mod wide;
 
 use std::time::{Duration, Instant};
@@ -103,6 +104,8 @@ pub struct Accel {
     /// What is in front of triangles in their own plane, in the words of `covers.rs`; empty where nothing is.
     pub covers: Vec<u32>,
     pub coincidence: Coincidence,
+    /// Surfaces along two axes are nearer to each other than points of surfaces are told apart otherwise.
+    pub thin_gaps: bool,
     pub unit: UnitSpace,
     pub build_time: Duration,
 }
@@ -142,6 +145,7 @@ impl Accel {
                 dropped,
                 covers: Vec::new(),
                 coincidence,
+                thin_gaps: false,
                 unit,
                 build_time: start.elapsed(),
             });
@@ -157,6 +161,7 @@ impl Accel {
         emitters.sort_unstable();
         emitters.dedup();
         coincidence.overlapping_emitters = emitters.len();
+        let thin_gaps = thin::has_thin_gaps(&triangles);
         let covers = covers::covers(&mut triangles, &overlaps, &precedence);
         Ok(Self {
             nodes: bytemuck::cast_slice(&bvh.nodes).to_vec(),
@@ -164,6 +169,7 @@ impl Accel {
             depth,
             dropped,
             covers,
+            thin_gaps,
             coincidence,
             unit,
             build_time: start.elapsed(),

@@ -96,6 +96,13 @@ impl Nearby {
         best
     }
 
+    /// How many triangles are more than `times` their size away from that of an index.
+    pub fn count_far_from(&self, index: u32, times: f64) -> usize {
+        let Some(from) = self.items.iter().find(|item| item.index == index) else { return 0 };
+        let is_far = |item: &&Small| (item.middle - from.middle).abs().max_element() > times * item.size;
+        self.items.iter().filter(is_far).count()
+    }
+
     /// A corner of the triangle of that index, in the scene's units.
     pub fn corner(&self, index: u32) -> Option<DVec3> {
         self.items.iter().find(|item| item.index == index).map(|item| item.place)

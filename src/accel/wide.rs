@@ -24,6 +24,8 @@ use crate::scene::{Mesh, Scene};
 const WIDEST: f64 = 8192.0;
 /// What stands on a triangle is as near as this share of its longest edge.
 pub(super) const NEAR: f64 = 0.25;
+/// Of what is this many times as far from the middle of unit space as it is large, a step off its surface is a quarter.
+const FEWEST_DIGITS: f64 = 262_144.0;
 /// Triangles that may be added however few there are.
 const MOST_ADDED: usize = 1 << 17;
 
@@ -56,6 +58,13 @@ pub fn without_wide_triangles(scene: &Scene) -> Cow<'_, Scene> {
     let added = cut.scene.triangle_count() - scene.triangle_count();
     log::info!("wide triangles: cut where small ones stand on them, {added} triangles more");
     cut.scene.middle = cut.small.corner(finest.1);
+    let blurred = cut.small.count_far_from(finest.1, FEWEST_DIGITS);
+    if blurred > 0 {
+        log::warn!(
+            "{blurred} triangles are smaller than a {FEWEST_DIGITS:.0}th of their distance from the finest ones: positions have \
+             too few digits for them, they lose their shape and their shadows; make scenes of one place at a time"
+        );
+    }
     Cow::Owned(cut.scene)
 }
 

@@ -86,9 +86,9 @@ impl Prepared {
             .get(options.camera)
             .ok_or(RenderError::NoCamera { wanted: options.camera, count: scene.cameras.len() })?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
-        let caveats = caveats(scene, camera, &options.method.plan());
+        let plan = options.method.plan();
         let mut prepared = Self::of(&Uploaded::new(context, scene, options.features)?, camera, options)?;
-        prepared.report.caveats = caveats;
+        prepared.report.caveats = caveats(scene, prepared.camera.is_parallel(), &plan);
         Ok(prepared)
     }
 
