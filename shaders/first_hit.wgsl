@@ -43,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             pixel.albedo += through * bsdf_albedo(point_surface(point));
             pixel.normal += facing * point_frame(point).shading.normal;
             if !followed {
-                pixel.depth += hit.t;
+                pixel.depth += camera.before + hit.t;
                 pixel.hits++;
             }
         }

@@ -28,7 +28,7 @@ fn shadow_ray(point: SurfacePoint, link: Link, kind: u32) -> ShadowRay {
     }
     var end = point.position + link.direction * link.distance;
     if kind <= LIGHT_TRIANGLE + 1u {
-        end = ray_origin(link.light_point, -link.direction);
+        end = ray_end(link.light_point, link.direction, link.distance);
     }
     return ShadowRay(origin, 0u, end - origin, 1.0 - 0x1p-20, vec3f(0.0), 0u);
 }

@@ -53,7 +53,7 @@ const EVERY_STRATEGY: u32 = 0xffffffffu;
 
 struct Camera {
     origin: vec3f,
-    pad0: u32,
+    before: f32,
     origin_dx: vec3f,
     pad1: u32,
     origin_dy: vec3f,

@@ -15,7 +15,8 @@
 struct SurfacePoint {
     position: vec3f,
     /// Length to step off the surface along `world_ng` before a ray starts: 2^-20 of the largest vertex coordinate,
-    /// which is more than the rounding of `position` at every scale.
+    /// which is more than the rounding of `position` at every scale. Where surfaces are nearer to each other than that,
+    /// 2^-20 of each axis' largest coordinate, as far as that axis is along `world_ng`.
     offset: f32,
     /// Unit geometric normal of the front side.
     world_ng: vec3f,
@@ -24,16 +25,6 @@ struct SurfacePoint {
     b: vec3f,
     triangle: u32,
     area: f32,
-}
-
-/// e1 x e2, where e3 = e2 - e1, from the two shorter edges: the product of a sliver's long ones would have few
-/// digits, and rays would leave to the wrong side.
-fn edge_product(e1: vec3f, e2: vec3f, e3: vec3f) -> vec3f {
-    let size = vec3f(dot(e1, e1), dot(e2, e2), dot(e3, e3));
-    if size.z >= max(size.x, size.y) {
-        return cross(e1, e2);
-    }
-    return cross(select(e1, e2, size.x > size.y), e3);
 }
 
 fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
@@ -51,9 +42,15 @@ fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
     let scale = bitcast<f32>(0x7f000000u - exponent);
     let normal = edge_product(e1 * scale, e2 * scale, (v2 - v1) * scale);
     let length = sqrt(dot(normal, normal));
+    let position = b0 * v0 + b1 * v1 + b2 * v2;
+#if thin_gaps
+    let offset = dot(abs(normal / length), reach) * 0x1p-20;
+#else
+    let offset = max(reach.x, max(reach.y, reach.z)) * 0x1p-20;
+#endif
     return SurfacePoint(
-        b0 * v0 + b1 * v1 + b2 * v2,
-        max(reach.x, max(reach.y, reach.z)) * 0x1p-20,
+        position,
+        offset,
         normal / select(length, -length, (flags & TRIANGLE_FLIPPED) != 0u),
         flags & TRIANGLE_MATERIAL,
         vec3f(b0, b1, b2),
@@ -66,6 +63,13 @@ fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
 fn ray_origin(point: SurfacePoint, direction: vec3f) -> vec3f {
     let step = select(-point.offset, point.offset, dot(direction, point.world_ng) > 0.0);
     return point.position + step * point.world_ng;
+}
+
+/// Where a ray ends that comes along `direction` from `distance` away. Across the ray it is known to some 2^-23 of that,
+/// which may be more than the offset is.
+fn ray_end(point: SurfacePoint, direction: vec3f, distance: f32) -> vec3f {
+    let offset = max(point.offset, distance * 0x1p-22);
+    return point.position + select(offset, -offset, dot(direction, point.world_ng) > 0.0) * point.world_ng;
 }
 
 #if textures

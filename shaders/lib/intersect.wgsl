@@ -1,3 +1,7 @@
+#if thin_gaps
+#import lib/math
+#endif
+
 // Ray against triangle and against the boxes of a wide node.
 
 /// What a ray needs at every triangle: its direction sheared onto the axis it runs along most.
@@ -36,6 +40,9 @@ fn shear_ray(origin: vec3f, direction: vec3f) -> ShearedRay {
 /// A distance within its own rounding of zero is no hit: on slivers that rounding exceeds the step by which rays
 /// leave their surface (N-07). pbrt-v4 has the same test with bounds of the worst case (section 6.8, Avoiding
 /// Intersections Behind Ray Origins). Depths count from the nearest vertex, so far triangles lose nothing.
+///
+/// Edge functions know a distance to 2^-23 of the triangle's size. Where surfaces are nearer to each other than that
+/// (`thin_gaps`), the distance is that of the triangle's plane, whose rounding is nothing where the plane is along two axes.
 fn intersect_triangle(ray: ShearedRay, v0: vec3f, v1: vec3f, v2: vec3f, t_max: f32) -> TriangleHit {
     let r0 = rotate_axis(v0 - ray.origin, ray.axis);
     let r1 = rotate_axis(v1 - ray.origin, ray.axis);
@@ -50,12 +57,26 @@ fn intersect_triangle(ray: ShearedRay, v0: vec3f, v1: vec3f, v2: vec3f, t_max: f
     let determinant = w0 + w1 + w2;
     let inside = (min(w0, min(w1, w2)) >= 0.0) || (max(w0, max(w1, w2)) <= 0.0);
     let inv_determinant = 1.0 / determinant;
+#if thin_gaps
+    let e1 = rotate_axis(v1 - v0, ray.axis);
+    let e2 = rotate_axis(v2 - v0, ray.axis);
+    let normal = edge_product(e1, e2, rotate_axis(v2 - v1, ray.axis));
+    // Each component's products without their signs: bounds it and, times a rounding, its error.
+    let bound = abs(e1.yzx) * abs(e2.zxy) + abs(e1.zxy) * abs(e2.yzx);
+    let bounds = vec3f(dot(bound, abs(r0)), dot(bound, abs(r1)), dot(bound, abs(r2)));
+    let nearest = select(
+        select(r2, r1, bounds.y <= bounds.z), r0, bounds.x <= min(bounds.y, bounds.z));
+    let rounding = 0x1p-21 * min(bounds.x, min(bounds.y, bounds.z));
+    let scaled_t = dot(normal, nearest);
+    let t = scaled_t * ray.shear.z / dot(normal, vec3f(ray.shear.xy, 1.0));
+#else
     let scaled_t = w0 * r0.z + w1 * r1.z + w2 * r2.z;
     let t = scaled_t * ray.shear.z * inv_determinant;
     let extent = max(abs(p0), max(abs(p1), abs(p2)));
     let width = max(extent.x, extent.y);
     let depth = max(r0.z, max(r1.z, r2.z)) - min(r0.z, min(r1.z, r2.z));
     let rounding = 0x1p-22 * width * (width + depth) * depth;
+#endif
     let hit = inside && determinant != 0.0 && abs(scaled_t) > rounding && t > 0.0 && t < t_max;
     return TriangleHit(select(-1.0, t, hit), w1 * inv_determinant, w2 * inv_determinant);
 }

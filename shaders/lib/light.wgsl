@@ -89,9 +89,9 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
             let point = surface_point(light.index, b.y, b.z);
             let towards = point.position - origin.position;
             let start = ray_origin(origin, towards);
-            sample.end = ray_origin(point, -towards);
             let span = point.position - start;
             let distance = length(span);
+            sample.end = ray_end(point, towards, distance);
             if distance > 0.0 {
                 sample.direction = span / distance;
                 sample.distance = distance;

@@ -34,3 +34,13 @@ fn safe_normalize(v: vec3f) -> vec3f {
     let scaled = v * scale;
     return scaled / sqrt(dot(scaled, scaled));
 }
+
+/// e1 x e2, where e3 = e2 - e1, from the two shorter edges: the product of a sliver's long ones would have few
+/// digits, and rays would leave to the wrong side.
+fn edge_product(e1: vec3f, e2: vec3f, e3: vec3f) -> vec3f {
+    let size = vec3f(dot(e1, e1), dot(e2, e2), dot(e3, e3));
+    if size.z >= max(size.x, size.y) {
+        return cross(e1, e2);
+    }
+    return cross(select(e1, e2, size.x > size.y), e3);
+}

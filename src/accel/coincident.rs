@@ -176,11 +176,22 @@ pub(super) fn hidden(scene: &Scene, precedence: &Precedence, triangles: &[AccelT
 
 /// A triangle's box, a little larger than its vertices' rounding.
 #[derive(Clone, Copy)]
-struct Boxed {
+pub(super) struct Boxed {
     low: Vec3,
     high: Vec3,
     index: u32,
 }
+
+impl Boxed {
+    /// With `room` on all sides.
+    pub fn new(index: usize, triangle: &AccelTriangle, room: Vec3) -> Self {
+        let [a, b, c] = triangle.vertices;
+        Self { low: a.min(b).min(c) - room, high: a.max(b).max(c) + room, index: index as u32 }
+    }
+}
+
+/// What makes a pair of triangles whose boxes meet one that is looked for.
+type PairTest = fn(&AccelTriangle, &AccelTriangle) -> bool;
 
 /// How far rounding may have moved a vertex, for each axis: of the file's numbers and of unit space, at both
 /// triangles, and some room for planes that are extended beyond their triangle.
@@ -194,29 +205,29 @@ pub(super) fn overlaps(triangles: &[AccelTriangle]) -> Vec<Overlap> {
     let boxes = triangles
         .par_iter()
         .enumerate()
-        .map(|(index, triangle)| {
-            let [a, b, c] = triangle.vertices;
-            let room = rounding(triangle);
-            let (low, high) = (a.min(b).min(c) - room, a.max(b).max(c) + room);
-            Boxed { low, high, index: index as u32 }
-        })
+        .map(|(index, triangle)| Boxed::new(index, triangle, rounding(triangle)))
         .collect();
-    let mut overlaps = overlaps_among(boxes, triangles);
+    pairs_among(boxes, triangles, share_plane)
+}
+
+/// All pairs of triangles whose boxes meet and that pass a test; the lower index first, sorted.
+pub(super) fn pairs_among(boxes: Vec<Boxed>, triangles: &[AccelTriangle], test: PairTest) -> Vec<Overlap> {
+    let mut overlaps = overlaps_among(boxes, triangles, test);
     overlaps.sort_unstable();
     overlaps.dedup();
     overlaps
 }
 
 /// Halves space as long as that separates the boxes, then compares all with all.
-fn overlaps_among(boxes: Vec<Boxed>, triangles: &[AccelTriangle]) -> Vec<Overlap> {
+fn overlaps_among(boxes: Vec<Boxed>, triangles: &[AccelTriangle], test: PairTest) -> Vec<Overlap> {
     const FEW: usize = 12;
     let half = if boxes.len() > FEW { halves(&boxes) } else { None };
     let Some((lower, upper)) = half else {
-        return pairs(&boxes, triangles);
+        return pairs(&boxes, triangles, test);
     };
     drop(boxes);
     let (mut overlaps, more) =
-        rayon::join(|| overlaps_among(lower, triangles), || overlaps_among(upper, triangles));
+        rayon::join(|| overlaps_among(lower, triangles, test), || overlaps_among(upper, triangles, test));
     overlaps.extend(more);
     overlaps
 }
@@ -243,14 +254,14 @@ fn halves(boxes: &[Boxed]) -> Option<(Vec<Boxed>, Vec<Boxed>)> {
     Some((reaching(&|b| b.low[axis] <= middle[axis]), reaching(&|b| b.high[axis] >= middle[axis])))
 }
 
-fn pairs(boxes: &[Boxed], triangles: &[AccelTriangle]) -> Vec<Overlap> {
+fn pairs(boxes: &[Boxed], triangles: &[AccelTriangle], test: PairTest) -> Vec<Overlap> {
     let mut overlaps = Vec::new();
     for (i, a) in boxes.iter().enumerate() {
         for b in &boxes[i + 1..] {
             if a.low.cmple(b.high).all() && b.low.cmple(a.high).all() {
                 let (a, b) = (a.index.min(b.index), a.index.max(b.index));
                 let [first, second] = [a, b].map(|index| &triangles[index as usize]);
-                if share_plane(first, second) {
+                if test(first, second) {
                     overlaps.push([a, b]);
                 }
             }

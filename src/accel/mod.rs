@@ -2,10 +2,14 @@
 //!
 //! Unit space: the scene moved so that the middle of its box is the origin, then scaled by the power of two that
 //! brings half of the box's diagonal into [0.5, 1). Kernels see numbers of one size whatever the scene's units
-//! are, and a scene scaled by a power of two or moved exactly gives the same picture bit for bit (C-20, C-22).
+//! are, and a scene scaled by a power of two or moved exactly gives the same picture bit for bit (C-20, C-22). Where small
+//! things stand on wide triangles (`wide.rs`), the finest of them is the origin, since numbers have most digits there.
 
 mod coincident;
 mod covers;
+mod nearby;
+mod thin;
+mod wide;
 
 use std::time::{Duration, Instant};
 
@@ -16,6 +20,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use thiserror::Error;
 
 use coincident::Precedence;
+pub use wide::without_wide_triangles;
 
 use crate::fault::Fault;
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
@@ -99,6 +104,8 @@ pub struct Accel {
     /// What is in front of triangles in their own plane, in the words of `covers.rs`; empty where nothing is.
     pub covers: Vec<u32>,
     pub coincidence: Coincidence,
+    /// Surfaces along two axes are nearer to each other than points of surfaces are told apart otherwise.
+    pub thin_gaps: bool,
     pub unit: UnitSpace,
     pub build_time: Duration,
 }
@@ -138,6 +145,7 @@ impl Accel {
                 dropped,
                 covers: Vec::new(),
                 coincidence,
+                thin_gaps: false,
                 unit,
                 build_time: start.elapsed(),
             });
@@ -153,6 +161,7 @@ impl Accel {
         emitters.sort_unstable();
         emitters.dedup();
         coincidence.overlapping_emitters = emitters.len();
+        let thin_gaps = thin::has_thin_gaps(&triangles);
         let covers = covers::covers(&mut triangles, &overlaps, &precedence);
         Ok(Self {
             nodes: bytemuck::cast_slice(&bvh.nodes).to_vec(),
@@ -160,6 +169,7 @@ impl Accel {
             depth,
             dropped,
             covers,
+            thin_gaps,
             coincidence,
             unit,
             build_time: start.elapsed(),
@@ -223,8 +233,10 @@ fn unit_space(scene: &Scene) -> UnitSpace {
         }
     }
     // Half first: the sum of two huge numbers overflows.
-    let centre = 0.5 * low + 0.5 * high;
-    let half = 0.5 * high - 0.5 * low;
+    let (centre, half) = match scene.middle {
+        None => (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low),
+        Some(middle) => (middle, (high - middle).max(middle - low)),
+    };
     // Two steps, since the squares in the length of a huge box overflow, and those of a tiny one vanish.
     let exponent = normalising_exponent(half.max_element()).and_then(|first| {
         let near_one = half.to_array().map(|side| scale_by_power_of_two(side, first));

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::Vec3;
 use serde::Serialize;
 
-use crate::accel::{Accel, AccelTriangle};
+use crate::accel::{Accel, AccelTriangle, without_wide_triangles};
 use crate::device::layout::{Camera, Counts, Hit, PathRay, ShadowRay};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, BufferTable, Context, Feature, Kernel};
@@ -57,6 +57,7 @@ impl RayBench {
         camera: usize,
         [width, height]: [u32; 2],
     ) -> Result<Self, RenderError> {
+        let scene = &*without_wide_triangles(scene);
         let accel = Accel::build(scene)?;
         // Materials and lights do not matter to rays; alpha would.
         let features = SceneFeatures { alpha: false, ..SceneFeatures::of(scene) };

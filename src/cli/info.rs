@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum as _};
 
 use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
-use crate::accel::Accel;
+use crate::accel::{Accel, without_wide_triangles};
 use crate::device::{Feature, Features};
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
@@ -60,7 +60,7 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
 }
 
 fn describe(scene: &Scene) -> Result<(), CliError> {
-    let accel = Accel::build(scene)?;
+    let accel = Accel::build(&without_wide_triangles(scene))?;
     contents(scene, &accel);
     if !scene.warnings.is_empty() {
         println!("\nwarnings: {} (--strict refuses faults of the file)", scene.warnings.len());

@@ -90,7 +90,8 @@ device_struct! {
     /// `origin + x * origin_dx + y * origin_dy` along `direction + x * direction_dx + y * direction_dy`.
     pub struct Camera {
         pub origin: [f32; 3],
-        pub pad0: u32,
+        /// Distance from the camera to where its rays start.
+        pub before: f32,
         pub origin_dx: [f32; 3],
         pub pad1: u32,
         pub origin_dy: [f32; 3],

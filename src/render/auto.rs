@@ -169,7 +169,7 @@ impl Prepared {
         options.method = chosen.method;
         options.budget.time = options.budget.time.map(|time| time.without(chosen.pilot));
         let mut prepared = Self::of(&uploaded, camera, options)?;
-        prepared.report.caveats = caveats(scene, camera, &chosen.method.plan());
+        prepared.report.caveats = caveats(scene, prepared.camera.is_parallel(), &chosen.method.plan());
         prepared.report.choices = chosen.choices;
         Ok(prepared)
     }

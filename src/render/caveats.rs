@@ -1,21 +1,21 @@
 //! What a method cannot show of a scene, and what it cannot know of its own error.
 
 use crate::integrator::Plan;
-use crate::scene::{Camera, Material, Projection, Scene, SceneFeatures};
+use crate::scene::{Material, Scene, SceneFeatures};
 
 /// Roughness below which what a surface reflects or refracts is as good as never found by chance.
 const SMOOTH: f32 = 0.2;
 /// Materials that are named.
 const NAMED: usize = 3;
 
-/// What users have to know of pictures of this scene by such a method, a line each.
-pub fn caveats(scene: &Scene, camera: &Camera, plan: &Plan) -> Vec<String> {
+/// What users have to know of pictures of this scene by such a method, a line each; `parallel`: of the camera's rays.
+pub fn caveats(scene: &Scene, parallel: bool, plan: &Plan) -> Vec<String> {
     let only_light_paths = plan.to_camera && plan.selector.is_none();
-    if only_light_paths { unreachable(scene, camera) } else { unknown(scene, plan).into_iter().collect() }
+    if only_light_paths { unreachable(scene, parallel) } else { unknown(scene, plan).into_iter().collect() }
 }
 
 /// What light paths cannot be connected to the camera from.
-fn unreachable(scene: &Scene, camera: &Camera) -> Vec<String> {
+fn unreachable(scene: &Scene, parallel: bool) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(names) = names(scene, |material| material.is_delta() || material.unlit) {
         lines.push(format!(
@@ -23,9 +23,10 @@ fn unreachable(scene: &Scene, camera: &Camera) -> Vec<String> {
              another integrator, or give these materials some roughness"
         ));
     }
-    if scene.environment.is_some() && matches!(camera.projection, Projection::Orthographic { .. }) {
+    if scene.environment.is_some() && parallel {
         lines.push(
-            "light paths do not reach an orthographic camera from the environment: it will be black; take another integrator"
+            "light paths do not reach an orthographic camera, or one as far away, from the environment: it will be black; take \
+             another integrator"
                 .into(),
         );
     }

@@ -8,7 +8,7 @@ use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::seen::{Seen, SeenLayers, Surfaces};
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
-use crate::accel::Accel;
+use crate::accel::{Accel, without_wide_triangles};
 use crate::device::layout::Camera;
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
@@ -62,18 +62,19 @@ impl Uploaded {
         features: Option<SceneFeatures>,
         layers: SeenLayers,
     ) -> Result<Self, RenderError> {
-        let accel = Accel::build(scene)?;
+        let cut = without_wide_triangles(scene);
+        let accel = Accel::build(&cut)?;
         let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         Ok(Self {
             context: context.clone(),
-            scene: DeviceScene::new(context, scene, &accel, features)?,
+            scene: DeviceScene::new(context, &cut, &accel, features)?,
             hash: scene.content_hash(),
             warnings: scene.warnings.iter().map(ToString::to_string).collect(),
             has_mirrors: scene.materials.iter().any(Material::is_delta),
             triangles: accel.triangles.len(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
-            surfaces: layers.any().then(|| Arc::new(Surfaces::new(scene, &accel, layers))),
+            surfaces: layers.any().then(|| Arc::new(Surfaces::new(&cut, &accel, layers))),
         })
     }
 
@@ -89,7 +90,7 @@ pub struct Prepared {
     scene_hash: u64,
     options: RenderOptions,
     scene: DeviceScene,
-    camera: Camera,
+    pub(super) camera: Camera,
     settings: Settings,
     warm_start: Option<WarmStart>,
     surfaces: Option<Arc<Surfaces>>,
@@ -105,13 +106,13 @@ impl Prepared {
     pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
         let camera = camera_of(scene, options.camera)?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
-        let caveats = caveats(scene, camera, &options.method.plan());
+        let plan = options.method.plan();
         let mut prepared = Self::of(
             &Uploaded::for_layers(context, scene, options.features, options.seen)?,
             camera,
             options,
         )?;
-        prepared.report.caveats = caveats;
+        prepared.report.caveats = caveats(scene, prepared.camera.is_parallel(), &plan);
         Ok(prepared)
     }
 

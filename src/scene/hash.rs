@@ -30,6 +30,7 @@ impl Scene {
             environment,
             variants: _,
             resolution: _,
+            middle: _,
             warnings: _,
         } = self;
         let mut hash = Fnv::default();

@@ -58,6 +58,8 @@ pub struct Scene {
     pub variants: Vec<String>,
     /// Width and height that the file asks for (`extras.resolution` of the root), in pixels.
     pub resolution: Option<[u32; 2]>,
+    /// What unit space (`accel`) has in its middle, scene units; `None` for the middle of the box around all triangles.
+    pub middle: Option<DVec3>,
     /// What is not shown as the file has it.
     pub warnings: Vec<Warning>,
 }

@@ -86,3 +86,4 @@ mod training_paths;
 mod traversal;
 mod twins;
 mod watertight;
+mod wide;

@@ -89,6 +89,7 @@ fn scene() -> Scene {
         variants: Vec::new(),
         environment: Some(environment),
         resolution: Some([2, 1]),
+        middle: None,
         warnings: vec![Warning::new("a part", "it is odd", "it is left out")],
     }
 }

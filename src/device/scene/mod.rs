@@ -9,6 +9,8 @@ mod vertices;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
+
 pub use lights::{LightSourceInfo, SourceKind};
 
 use super::buffer::BufferTable;
@@ -45,6 +47,8 @@ pub struct DeviceScene {
     coincident: bool,
     /// Some surface has narrow lobes, and all light can be found without connecting to them.
     pub thins: bool,
+    /// Surfaces all but touch.
+    thin_gaps: bool,
     pub upload_time: Duration,
 }
 
@@ -94,6 +98,7 @@ impl DeviceScene {
             coincident: !accel.covers.is_empty(),
             thins: !features.punctual_lights
                 && scene.materials.iter().any(|material| thinning_units(scene, material) < THINNING_UNITS),
+            thin_gaps: accel.thin_gaps,
             upload_time: start.elapsed(),
         })
     }
@@ -107,12 +112,27 @@ impl DeviceScene {
         if self.coincident {
             features.insert(Feature::Coincident);
         }
+        if self.thin_gaps {
+            features.insert(Feature::ThinGaps);
+        }
         features
     }
 }
 
+/// Where rays of a parallel camera start that stands for a far one: unit space ends at 1 before its middle.
+const BEFORE_SCENE: f64 = 2.0;
+
+/// `away`: distance, along its axis, of the camera from the middle of unit space. `tangent`: of half the field of view. What
+/// a parallel camera shows is off by 1 / away of the picture, what directions in f32 show by 2^-24 / tangent; the angles that
+/// are lost may be 2^-10.
+fn is_as_good_as_parallel(away: f64, tangent: f64) -> bool {
+    away > 2f64.powi(12) && tangent < away * 2f64.powi(-24) && tangent < 2f64.powi(-10)
+}
+
 impl Camera {
-    /// A scene's camera in unit space, for a picture of `width` x `height` pixels.
+    /// A scene's camera in unit space, for a picture of `width` x `height` pixels. One that looks from very far at something
+    /// small becomes a parallel one near the scene where that is nearer to the truth than the rounding of directions: rays
+    /// that differ by less than their digits would be one ray.
     pub fn new(unit: &UnitSpace, camera: &scene::Camera, width: u32, height: u32) -> Self {
         let aspect = width as f32 / height as f32;
         let origin = unit.point(camera.position);
@@ -120,6 +140,14 @@ impl Camera {
         match camera.projection {
             Projection::Perspective { yfov } => {
                 let tangent = (0.5 * yfov).tan();
+                let forward = camera.forward.as_dvec3();
+                let away = -unit.point_f64(camera.position).dot(forward);
+                if is_as_good_as_parallel(away, f64::from(tangent)) {
+                    let half = (away * f64::from(tangent)) as f32;
+                    let before = away - BEFORE_SCENE;
+                    let start = (unit.point_f64(camera.position) + before * forward).as_vec3();
+                    return Self { before: before as f32, ..device.parallel(camera, start, half, aspect) };
+                }
                 let (right, up) = (camera.right * tangent * aspect, camera.up * tangent);
                 device.direction = (camera.forward - right + up).to_array();
                 device.direction_dx = (2.0 * right).to_array();
@@ -127,14 +155,27 @@ impl Camera {
             }
             Projection::Orthographic { ymag, .. } => {
                 let half = unit.length(f64::from(ymag)) as f32;
-                let (right, up) = (camera.right * half * aspect, camera.up * half);
-                device.origin = (origin - right + up).to_array();
-                device.origin_dx = (2.0 * right).to_array();
-                device.origin_dy = (-2.0 * up).to_array();
-                device.direction = camera.forward.to_array();
+                device = device.parallel(camera, origin, half, aspect);
             }
         }
         device
+    }
+
+    /// Looks along `camera` from the plane through `start`, at `half` to either side.
+    fn parallel(self, camera: &scene::Camera, start: Vec3, half: f32, aspect: f32) -> Self {
+        let (right, up) = (camera.right * half * aspect, camera.up * half);
+        Self {
+            origin: (start - right + up).to_array(),
+            origin_dx: (2.0 * right).to_array(),
+            origin_dy: (-2.0 * up).to_array(),
+            direction: camera.forward.to_array(),
+            ..self
+        }
+    }
+
+    /// True where all of the camera's rays are parallel.
+    pub fn is_parallel(&self) -> bool {
+        self.direction_dx == [0.0; 3]
     }
 }
 
