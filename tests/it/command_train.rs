@@ -90,7 +90,9 @@ fn models_that_do_not_fit_end_with_2() {
         case.refuse(&format!("render {arguments} --size 8x8 --spp 1 -o DIR/out.exr"), phrases);
     };
     let spcbpt = "builtin:cornell -i spcbpt --model DIR";
-    refuse("builtin:cornell --model DIR/cornell.model", &["--model", "add --integrator spcbpt"]);
+    // Where no integrator is named, a model chooses its own.
+    let chosen = case.run("render builtin:cornell --model cornell.model --size 8x8 --spp 1 -o chosen.exr");
+    chosen.assert(0, &["chosen: integrator spcbpt (there is a model of the scene)"]);
     refuse("builtin:cornell -i lvcbpt --model DIR/cornell.model", &["--model", "add --integrator spcbpt"]);
     for (setting, flag) in [
         ("--train-paths 9", "--train-paths"),
