@@ -107,8 +107,12 @@ impl Automatic {
             true => format!("{:.1} %", 100.0 * error),
             false => "no picture".into(),
         };
+        let alike = match time.is_some() && by_spcbpt > by_path && by_spcbpt <= CHOSEN_UP_TO * by_path {
+            true => "; where these are alike spcbpt was hardly ever behind",
+            false => "",
+        };
         let reason = format!(
-            "a pilot expects an error of {} by path and {} by spcbpt, which learns first",
+            "a pilot expects an error of {} by path and {} by spcbpt, which learns first{alike}",
             percent(by_path),
             percent(by_spcbpt)
         );
