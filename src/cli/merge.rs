@@ -6,8 +6,8 @@ use std::time::Instant;
 use clap::Args;
 
 use super::args::picture::ViewArgs;
-use super::args::{InputError, try_output};
-use super::output::is_png;
+use super::args::try_format;
+use super::output::{is_part, is_png};
 use super::render::faults;
 use super::saves::Saves;
 use super::{CliError, Exit, summary, text};
@@ -41,7 +41,7 @@ pub struct MergeArgs {
 /// # Errors
 /// Portions that make no picture together; files that cannot be read or written.
 pub fn run(args: &MergeArgs, quiet: bool) -> Result<Exit, CliError> {
-    args.output.iter().try_for_each(|file| check_file(file))?;
+    args.output.iter().try_for_each(|file| try_format(file, &["exr", "png", "part"]))?;
     let start = Instant::now();
     let mut merged = merge::merge(&args.portions, args.spp.map(|spp| 0..spp), args.allow_missing)?;
     for range in &merged.missing {
@@ -97,7 +97,7 @@ pub fn run(args: &MergeArgs, quiet: bool) -> Result<Exit, CliError> {
     summary::warn_of_depth(rays.deep_paths());
     Lost::judge(&picture, args.view.view, stops).iter().for_each(|lost| log::warn!("{lost}"));
     saves.end()?;
-    let infinite = picture.rgb.iter().flatten().filter(|channel| !channel.is_finite()).count();
+    let infinite = picture.non_finite_values();
     let vertices = rays.non_finite_vertices;
     Ok(faults(infinite, sums.non_finite() + vertices).unwrap_or(Exit::Done))
 }
@@ -109,20 +109,5 @@ fn save(merged: &merge::Merged, file: &Path) -> Result<(), FilmError> {
             path: file.to_owned(),
             reason: "a portion has no gaps; name a picture in its place, or render what is missing".into(),
         }),
-    }
-}
-
-fn is_part(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension == "part")
-}
-
-fn check_file(file: &Path) -> Result<(), InputError> {
-    try_output(file)?;
-    match file.extension().and_then(|extension| extension.to_str()) {
-        Some("exr" | "png" | "part") => Ok(()),
-        _ => Err(InputError::Usage(format!(
-            "cannot tell the format of '{}'; name it .exr, .png or .part",
-            file.display()
-        ))),
     }
 }

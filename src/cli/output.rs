@@ -172,6 +172,11 @@ fn write(file: &Path, picture: &Picture, format: &Format) -> Result<(), FilmErro
     }
 }
 
+/// A portion of a render.
+pub fn is_part(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension == "part")
+}
+
 /// Not linear, and without layers.
 pub fn is_png(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension == "png")

@@ -9,11 +9,11 @@ use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
 use super::args::{
     CameraArgs, InputError, OutputArgs, SceneArgs, default_output, parse_crop, parse_duration,
-    say_what_is_missing, try_output, try_output_folder,
+    say_what_is_missing, try_format, try_output, try_output_folder,
 };
 use super::debug::Debug;
 use super::keep::{KeepArgs, Keeper};
-use super::output::{Format, Output, is_png};
+use super::output::{Format, Output, is_part, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
@@ -208,7 +208,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     if args.outputs.direct() {
         passes::add_direct(&context, &scene, &options, &mut picture, &mut report)?;
     }
-    let infinite = picture.rgb.iter().flatten().filter(|channel| !channel.is_finite()).count();
+    let infinite = picture.non_finite_values();
     let stops = output.format.exposure.stops(&picture);
     let lost = Lost::judge(&picture, output.format.view, stops);
     output.format.exposure = Exposure::Stops(stops);
@@ -259,7 +259,7 @@ impl RenderArgs {
             (false, _) => self.output.clone(),
         };
         match self.keep.samples {
-            None => files.iter().try_for_each(|file| check_file(file))?,
+            None => files.iter().try_for_each(|file| try_format(file, &["exr", "png"]))?,
             Some(_) => check_portion(&files)?,
         }
         self.keep.try_outputs()?;
@@ -422,21 +422,10 @@ fn stopped(kept: Option<&Path>, next: u32) -> Exit {
 
 fn check_portion(files: &[PathBuf]) -> Result<(), InputError> {
     match files {
-        [file] if file.extension().is_some_and(|extension| extension == "part") => try_output(file),
+        [file] if is_part(file) => try_output(file),
         _ => Err(InputError::Usage(
             "--samples makes a portion, which goes to one file: name it .part; `halfway merge` makes pictures".into(),
         )),
-    }
-}
-
-fn check_file(file: &Path) -> Result<(), InputError> {
-    try_output(file)?;
-    match file.extension().and_then(|extension| extension.to_str()) {
-        Some("exr" | "png") => Ok(()),
-        _ => Err(InputError::Usage(format!(
-            "cannot tell the format of '{}'; name it .exr or .png",
-            file.display()
-        ))),
     }
 }
 

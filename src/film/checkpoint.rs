@@ -88,6 +88,21 @@ pub fn most_bytes(pixels: u64) -> u64 {
     pixels * (6 * 8 + 9 * 4 + 3)
 }
 
+impl Header {
+    /// Says in what this picture (there) and another one (here) differ, by the names of [`Header::picture`].
+    pub fn differences(&self, other: &BTreeMap<String, String>) -> Vec<String> {
+        let of = |picture: &BTreeMap<String, String>, name: &String| {
+            picture.get(name).cloned().unwrap_or_else(|| "not given".into())
+        };
+        let names = self.picture.keys().chain(other.keys().filter(|name| !self.picture.contains_key(*name)));
+        names
+            .map(|name| (name, of(&self.picture, name), of(other, name)))
+            .filter(|(_, there, here)| there != here)
+            .map(|(name, there, here)| format!("{name} {there} there, {here} here"))
+            .collect()
+    }
+}
+
 impl SavedRender {
     /// Writes the file, or leaves an existing one as it was.
     ///

@@ -48,7 +48,7 @@ pub fn write(path: &Path, title: &str, frames: &[Frame], view: ViewTransform) ->
 }
 
 fn non_finite(picture: &Picture) -> Option<usize> {
-    let count = picture.rgb.iter().flatten().filter(|value| !value.is_finite()).count();
+    let count = picture.non_finite_values();
     (count > 0).then_some(count)
 }
 

@@ -112,13 +112,7 @@ pub fn merge(
 
 /// Names of what two pictures do not have in common.
 fn different(a: &Header, b: &Header) -> Vec<String> {
-    let none = String::from("not given");
-    let names = a.picture.keys().chain(b.picture.keys().filter(|name| !a.picture.contains_key(*name)));
-    let of = |header: &Header, name: &String| header.picture.get(name).unwrap_or(&none).clone();
-    let mut found: Vec<String> = names
-        .filter(|name| of(a, name) != of(b, name))
-        .map(|name| format!("{name} {} there, {} here", of(a, name), of(b, name)))
-        .collect();
+    let mut found = a.differences(&b.picture);
     if found.is_empty() && (a.size, a.radiance_exponent) != (b.size, b.radiance_exponent) {
         found.push("number of pixels or their unit".into());
     }

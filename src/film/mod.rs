@@ -118,6 +118,11 @@ impl Picture {
         Self { width, height, rgb, ..Self::default() }
     }
 
+    /// Values of its colours that are infinite or NaN.
+    pub fn non_finite_values(&self) -> usize {
+        self.rgb.iter().flatten().filter(|value| !value.is_finite()).count()
+    }
+
     /// The colours of some of its pixels, which all lie in it, without layers and metadata.
     pub fn part(&self, region: &Region) -> Self {
         let rows = (0..region.height).map(|row| region.y + row * region.stride);

@@ -107,7 +107,9 @@ impl Automatic {
             true => format!("{:.1} %", 100.0 * error),
             false => "no picture".into(),
         };
-        let alike = match time.is_some() && by_spcbpt > by_path && by_spcbpt <= CHOSEN_UP_TO * by_path {
+        let most = if time.is_some() { CHOSEN_UP_TO } else { CHOSEN_UP_TO_WITHOUT_CLOCK };
+        let learns = by_path >= CLEAN && by_spcbpt <= most * by_path;
+        let alike = match learns && by_spcbpt > by_path {
             true => "; where these are alike spcbpt was hardly ever behind",
             false => "",
         };
@@ -116,10 +118,9 @@ impl Automatic {
             percent(by_path),
             percent(by_spcbpt)
         );
-        let most = if time.is_some() { CHOSEN_UP_TO } else { CHOSEN_UP_TO_WITHOUT_CLOCK };
-        Ok(match by_path < CLEAN || by_spcbpt > most * by_path {
-            true => Self::path(reason, pilot.time),
-            false => Self::spcbpt(scene, reason, pilot.time),
+        Ok(match learns {
+            true => Self::spcbpt(scene, reason, pilot.time),
+            false => Self::path(reason, pilot.time),
         })
     }
 

@@ -68,6 +68,9 @@ pub fn picture_of(scene_hash: u64, camera: &Camera, options: &RenderOptions) -> 
     if let Some(strategy) = options.strategy {
         say("strategy", format!("{strategy:?}"));
     }
+    if options.transparent {
+        say("transparent", "yes".into());
+    }
     if options.method.plan().learns() {
         say(
             "model",
@@ -88,19 +91,7 @@ fn hash(model: &Arc<Model>) -> String {
 
 /// Says how the picture of a file differs from that of the options, and the device.
 fn differences(header: &Header, keeping: &Keeping) -> Vec<String> {
-    let none = String::from("not given");
-    let names = header
-        .picture
-        .keys()
-        .chain(keeping.picture.keys().filter(|name| !header.picture.contains_key(*name)));
-    let mut found: Vec<String> = names
-        .map(|name| {
-            let of = |picture: &BTreeMap<String, String>| picture.get(name).unwrap_or(&none).clone();
-            (name, of(&header.picture), of(&keeping.picture))
-        })
-        .filter(|(_, there, here)| there != here)
-        .map(|(name, there, here)| format!("{name} {there} there, {here} here"))
-        .collect();
+    let mut found = header.differences(&keeping.picture);
     if header.devices != [keeping.origin.device.clone()] {
         found.push(format!("device {} there, {} here", header.devices.join(" and "), keeping.origin.device));
     }

@@ -110,6 +110,8 @@ fn r06_a_killed_render_goes_on_bit_for_bit() {
     case.run(&format!("render {SCENE} --spp {all} -o once.exr")).assert(0, &[]);
     assert!(pixels(&case.picture("out.exr")) == pixels(&case.picture("once.exr")), "other bits");
     case.run(&format!("render {SCENE} --spp 8 --seed 3 --resume kept")).assert(2, &["seed 0 there, 3 here"]);
+    case.run(&format!("render {SCENE} --spp 8 --transparent --resume kept"))
+        .assert(2, &["transparent not given there, yes here"]);
 }
 
 /// The one device that is always full.

@@ -42,6 +42,23 @@ pub fn try_output(output: &Path) -> Result<(), InputError> {
     })
 }
 
+/// As [`try_output`], of a file that is to have one of these formats, by its extension.
+///
+/// # Errors
+/// As [`try_output`]; another extension.
+pub fn try_format(output: &Path, formats: &[&str]) -> Result<(), InputError> {
+    try_output(output)?;
+    if output.extension().is_some_and(|extension| formats.iter().any(|&format| extension == format)) {
+        return Ok(());
+    }
+    let (last, others) = formats.split_last().expect("a format");
+    Err(InputError::Usage(format!(
+        "cannot tell the format of '{}'; name it .{} or .{last}",
+        output.display(),
+        others.join(", .")
+    )))
+}
+
 /// As [`try_output`], of a folder of files, which is made when they are.
 ///
 /// # Errors

@@ -9,12 +9,13 @@ use super::units::scaled;
 use crate::accel::UnitSpace;
 use crate::device::layout::{
     MATERIAL_DELTA, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MATERIAL_VOLUME, Material,
-    TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, THINNING_SHIFT, TextureSlot,
+    TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, THINNING_SHIFT, THINNING_UNITS, TextureSlot,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 use crate::scene::{self, AlphaMode, Filter, Scene, SceneFeatures, TextureRef};
 
-/// Uploads `materials`, and `texture_slots` and `texels` where the scene has textures.
+/// Uploads `materials`, and `texture_slots` and `texels` where the scene has textures. True where connections of some material
+/// are thinned.
 pub(super) fn upload(
     context: &Context,
     buffers: &mut BufferTable,
@@ -22,17 +23,20 @@ pub(super) fn upload(
     unit: &UnitSpace,
     features: &SceneFeatures,
     radiance_exponent: i32,
-) -> Result<(), DeviceError> {
+) -> Result<bool, DeviceError> {
     let mut textures = Textures { scene, slots: Vec::new(), texels: Vec::new(), placed: BTreeMap::new() };
     let mut materials = Vec::with_capacity(scene.materials.len().max(1));
+    let mut thins = false;
     for material in &scene.materials {
+        let thinning = thinning_units(scene, material);
+        thins |= thinning < THINNING_UNITS;
         let mut slot = |texture: Option<TextureRef>, srgb: bool| match texture {
             Some(texture) if features.textures => textures.slot(texture, srgb),
             _ => 0,
         };
         materials.push(Material {
             base_color: material.base_color.to_array(),
-            flags: flags(material) | thinning_units(scene, material) << THINNING_SHIFT,
+            flags: flags(material) | thinning << THINNING_SHIFT,
             emission: emission(material, radiance_exponent).to_array(),
             opacity: material.alpha,
             specular_color: material.specular_color.to_array(),
@@ -61,7 +65,7 @@ pub(super) fn upload(
         buffers.upload(context, "texture_slots", &textures.slots)?;
         buffers.upload(context, "texels", &textures.texels)?;
     }
-    Ok(())
+    Ok(thins)
 }
 
 fn flags(material: &scene::Material) -> u32 {

@@ -16,13 +16,12 @@ pub use lights::{LightSourceInfo, SourceKind};
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::features::{Feature, Features};
-use super::layout::{self, Camera, THINNING_UNITS};
+use super::layout::{self, Camera};
 use crate::accel::{Accel, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
 use crate::math::scale::normalising_exponent;
 use crate::scene::{self, Projection, Scene, SceneFeatures};
-use thinning::thinning_units;
 use units::punctual_intensity;
 
 /// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
@@ -79,7 +78,8 @@ impl DeviceScene {
         if !accel.covers.is_empty() {
             buffers.upload(context, "covers", &accel.covers)?;
         }
-        materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
+        let thins =
+            materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
         if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
         }
@@ -96,8 +96,7 @@ impl DeviceScene {
             lights: lights.describe(&triangles).into(),
             deep_tree: accel.depth > STACK,
             coincident: !accel.covers.is_empty(),
-            thins: !features.punctual_lights
-                && scene.materials.iter().any(|material| thinning_units(scene, material) < THINNING_UNITS),
+            thins: thins && !features.punctual_lights,
             thin_gaps: accel.thin_gaps,
             upload_time: start.elapsed(),
         })
