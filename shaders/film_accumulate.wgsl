@@ -1,5 +1,6 @@
 #import bind/batch
 #import bind/film
+#import bind/page
 #import bind/queue
 #import lib/math
 #if splats
@@ -29,10 +30,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if index >= batch.pixel_count {
         return;
     }
-    var pixel = film[batch.first_pixel + index];
+    let place = in_page(batch.first_pixel + index);
+    var pixel = film[place];
 #if splats
     // What light paths bring is the same for all samples that share them.
-    let splat = take_splat(batch.first_pixel + index);
+    let splat = take_splat(place);
     let splat_light = splat.rgb / batch.splat_scale;
     pixel.non_finite += u32(splat.w);
 #endif
@@ -63,5 +65,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             pixel.open_groups += 256u - in_group;
         }
     }
-    film[batch.first_pixel + index] = pixel;
+    film[place] = pixel;
 }

@@ -1,4 +1,5 @@
 #import bind/batch
+#import bind/page
 #import bind/queue
 #import lib/hit
 
@@ -22,7 +23,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if index >= batch.pixel_count {
         return;
     }
-    var pixel = first_hits[batch.first_pixel + index];
+    let place = in_page(batch.first_pixel + index);
+    var pixel = first_hits[place];
     for (var i = 0u; i < batch.sample_count; i++) {
         let path = i * batch.pixel_count + index;
         let hit = hits[path];
@@ -48,5 +50,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    first_hits[batch.first_pixel + index] = pixel;
+    first_hits[place] = pixel;
 }

@@ -33,6 +33,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
     let hit = trace(ray.origin, ray.direction, ray.t_max);
+#if film_pages
+    // splat_page takes it from here.
+    if hit.triangle != NO_TRIANGLE {
+        shadow_rays[index].slot = NO_PIXEL;
+    }
+#else
     if hit.triangle == NO_TRIANGLE {
 #if splats_atomic
         add_splat(ray.slot, ray.contribution * batch.splat_scale);
@@ -40,4 +46,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         radiance[ray.slot] += vec4f(ray.contribution, 0.0);
 #endif
     }
+#endif
 }

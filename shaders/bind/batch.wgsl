@@ -51,6 +51,9 @@ const SAMPLES_A_GROUP: u32 = 8u;
 
 const EVERY_STRATEGY: u32 = 0xffffffffu;
 
+/// No pixel of the rendered part.
+const NO_PIXEL: u32 = 0xffffffffu;
+
 struct Camera {
     origin: vec3f,
     before: f32,

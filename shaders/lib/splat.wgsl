@@ -1,3 +1,4 @@
+#import bind/page
 #import bind/splats
 #import lib/math
 #import lib/rng
@@ -16,7 +17,7 @@ const SPLAT_LIMIT: f32 = 0x1p+18;
 #if splats_atomic
 /// Adds a contribution of channels that are not negative to a pixel.
 fn add_splat(pixel: u32, contribution: vec3f) {
-    let first = pixel * SPLAT_WORDS;
+    let first = in_page(pixel) * SPLAT_WORDS;
     if !is_finite3(contribution) || any(contribution >= vec3f(SPLAT_LIMIT)) {
         atomicAdd(&splats[first + SPLAT_LOST], 1u);
         return;
@@ -39,9 +40,10 @@ fn add_splat(pixel: u32, contribution: vec3f) {
     }
 }
 #else
-/// What a pixel has gathered; it starts again from zero. w: how many contributions were not finite, or too large.
-fn take_splat(pixel: u32) -> vec4f {
-    let first = pixel * SPLAT_WORDS;
+/// What the pixel at this place of the page has gathered; it starts again from zero. w: how many contributions were not
+/// finite, or too large.
+fn take_splat(place: u32) -> vec4f {
+    let first = place * SPLAT_WORDS;
     var sum: vec3f;
     for (var channel = 0u; channel < 3u; channel++) {
         let low = f32(splats[first + 2u * channel]) * SPLAT_UNIT;

@@ -36,11 +36,10 @@ impl BufferTable {
         usage: BufferUsages,
     ) -> Result<&wgpu::Buffer, DeviceError> {
         let bytes = bytes.max(16).next_multiple_of(16);
-        let limits = context.device.limits();
         let limit = if usage.contains(BufferUsages::UNIFORM) {
-            limits.max_uniform_buffer_binding_size
+            context.device.limits().max_uniform_buffer_binding_size
         } else {
-            limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+            context.binding
         };
         if bytes > limit {
             return Err(DeviceError::BufferTooLarge { name: name.into(), bytes, limit });

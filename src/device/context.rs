@@ -55,6 +55,8 @@ pub struct Context {
     /// Bytes that its buffers may take together, as far as that is known: of a software device what the machine had left
     /// when it was opened.
     pub memory: Option<u64>,
+    /// Bytes of a storage buffer, which is bound whole.
+    pub binding: u64,
     pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
 }
@@ -146,6 +148,8 @@ impl Context {
             .map_err(|error| DeviceError::Open { name: info.name.clone(), message: error.to_string() })?;
         let timestamps = features.contains(Features::TIMESTAMP_QUERY);
         let memory = if info.device_type == DeviceType::Cpu { free_memory() } else { None };
+        let limits = device.limits();
+        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         Ok(Self {
             instance,
             adapter: adapter.clone(),
@@ -154,6 +158,7 @@ impl Context {
             info,
             timestamps,
             memory,
+            binding,
             pipelines: Pipelines::default(),
             interrupt: None,
         })
@@ -167,6 +172,11 @@ impl Context {
         grace: Duration,
     ) -> Self {
         Self { interrupt: Some(Interrupt { is_wanted: Arc::new(is_wanted), grace }), ..self.clone() }
+    }
+
+    /// The same device, as one whose storage buffers have no more than so many bytes: what is larger lies in pages there.
+    pub fn with_small_bindings(&self, bytes: u64) -> Self {
+        Self { binding: self.binding.min(bytes), ..self.clone() }
     }
 
     /// Time that a round has to finish once it is to end, where it can be left unfinished.

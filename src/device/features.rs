@@ -98,6 +98,7 @@ features! {
         // From the method, for single kernels.
         AnyHit any_hit, [], "the traversal ends at the first hit";
         SplatsAtomic splats_atomic, [], "connections add to pixels in any order";
+        FilmPages film_pages, [], "a kernel sees a part of the film: the picture is larger than a binding";
         LightPaths light_paths, [], "paths are numbered as light paths";
         SharedLightPaths shared_light_paths, [LightPaths], "light paths are spread over the whole iteration";
         LightCache light_cache, [], "light paths leave their vertices in the cache";

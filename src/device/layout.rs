@@ -300,6 +300,16 @@ device_struct! {
 }
 
 device_struct! {
+    /// A page of what there is of every pixel.
+    pub struct Page {
+        pub first_pixel: u32,
+        pub pixel_count: u32,
+        pub pad0: u32,
+        pub pad1: u32,
+    }
+}
+
+device_struct! {
     /// A material; textures are indices into `texture_slots` plus one.
     pub struct Material {
         pub base_color: [f32; 3],

@@ -31,6 +31,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "bind/guide",
     "bind/light_cache",
     "bind/lights",
+    "bind/page",
     "bind/queue",
     "bind/splats",
     "bind/subpath",
@@ -119,6 +120,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "path_shade",
     "queue_advance",
     "shadow_advance",
+    "splat_page",
     "training_shade",
 ];
 

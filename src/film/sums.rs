@@ -34,7 +34,7 @@ pub(super) struct Earlier {
 }
 
 /// Pixels that share room for what their sums have left out.
-pub(super) const BLOCK: usize = 256;
+pub const BLOCK: usize = 256;
 
 /// What rounding has left out of the sums of a block's pixels, and of what this adds up to in turn: as many levels as it
 /// takes for nothing to be lost, mostly none or one. Red, green and blue of `sum`, then of `sum_sq`.
@@ -67,7 +67,17 @@ impl FilmSums {
 
     /// Adds what the device has gathered, one entry per pixel.
     pub fn add(&mut self, taken: impl IntoParallelIterator<Item = PixelSums, Iter: IndexedParallelIterator>) {
-        let blocks = self.pixels.par_chunks_mut(BLOCK).zip(&mut self.rests);
+        self.add_from(0, taken);
+    }
+
+    /// As [`add`](Self::add), of the pixels from the `first` on, which begins a [`BLOCK`].
+    pub fn add_from(
+        &mut self,
+        first: usize,
+        taken: impl IntoParallelIterator<Item = PixelSums, Iter: IndexedParallelIterator>,
+    ) {
+        debug_assert!(first.is_multiple_of(BLOCK));
+        let blocks = self.pixels[first..].par_chunks_mut(BLOCK).zip(&mut self.rests[first / BLOCK..]);
         blocks.zip(taken.into_par_iter().chunks(BLOCK)).for_each(|((pixels, rests), taken)| {
             for (index, (pixel, taken)) in pixels.iter_mut().zip(taken).enumerate() {
                 pixel.add(&taken, rests, index);
@@ -153,17 +163,20 @@ impl FilmSums {
     /// Radiance, with the layers `variance` (of the mean) and `samples`. `radiance_scale` turns device units into
     /// the scene's.
     pub fn picture(&self, radiance_scale: f64) -> Picture {
-        let totals: Vec<Earlier> = self.totals().collect();
-        let rgb =
-            totals.iter().map(|pixel| pixel.mean().map(|mean| (mean * radiance_scale) as f32)).collect();
-        let mut picture = Picture::new(self.width, self.height, rgb);
+        let room = self.pixels.len();
+        let mut rgb = Vec::with_capacity(room);
+        let mut variance = [(); 3].map(|()| Vec::with_capacity(room));
+        let mut samples = Vec::with_capacity(room);
         let scale_sq = radiance_scale * radiance_scale;
-        picture.push_variance(
-            [0, 1, 2].map(|channel| {
-                totals.iter().map(|pixel| pixel.variance_of_mean(channel) * scale_sq).collect()
-            }),
-        );
-        let samples = totals.iter().map(|pixel| pixel.count as f32).collect();
+        for pixel in self.totals() {
+            rgb.push(pixel.mean().map(|mean| (mean * radiance_scale) as f32));
+            for (channel, variance) in variance.iter_mut().enumerate() {
+                variance.push(pixel.variance_of_mean(channel) * scale_sq);
+            }
+            samples.push(pixel.count as f32);
+        }
+        let mut picture = Picture::new(self.width, self.height, rgb);
+        picture.push_variance(variance);
         picture.layers.push(Layer { name: "samples".into(), channels: vec![("Y".into(), samples)] });
         picture
     }

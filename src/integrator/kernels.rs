@@ -43,15 +43,17 @@ pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
 
 /// The kernels of a wavefront of one of the [`forms`] of a plan, each with all its features.
 pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
-    let mut kernels = vec![
-        ("camera_rays", form),
-        ("closest_hit", form),
-        ("queue_advance", form),
-        ("film_accumulate", form),
-        ("first_hit", form),
-    ];
+    let mut kernels = vec![("camera_rays", form), ("closest_hit", form), ("queue_advance", form)];
+    // The picture may be larger than a binding.
+    let pages = [form, form.with(&[Feature::FilmPages])];
+    for form in pages {
+        kernels.extend([("film_accumulate", form), ("first_hit", form)]);
+        if !form.contains(Feature::LambertOnly) {
+            kernels.push(("first_hit", form.with(&[Feature::ThroughMirrors])));
+        }
+    }
     if !form.contains(Feature::LambertOnly) {
-        kernels.extend([("mirror_follow", form), ("first_hit", form.with(&[Feature::ThroughMirrors]))]);
+        kernels.push(("mirror_follow", form));
     }
     let lights = form.contains(Feature::Lights);
     if lights {
@@ -82,6 +84,8 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     if plan.to_camera {
         let splats = light.with(&[Feature::AnyHit, Feature::SplatsAtomic]);
         kernels.extend([("camera_connections", light), ("occlusion", splats)]);
+        let pages = splats.with(&[Feature::FilmPages]);
+        kernels.extend([("occlusion", pages), ("splat_page", pages)]);
     }
     if let Some(selector) = plan.selector {
         let connections = form.with(selector.features());

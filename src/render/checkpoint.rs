@@ -177,7 +177,7 @@ impl Renderer {
         } = saved;
         (self.first, self.samples) = (samples.first, samples.next);
         if let Some(film) = open.remove(&(self.samples / SAMPLES_A_FLUSH)) {
-            self.integrator.wavefront().buffers.write(&self.context, "film", bytemuck::cast_slice(&film))?;
+            self.integrator.wavefront().write_film(&self.context, &film)?;
         }
         (self.sums, self.groups) = (sums, groups);
         self.elapsed = Duration::from_nanos(run.elapsed_ns);

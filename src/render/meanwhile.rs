@@ -2,11 +2,8 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::Renderer;
 use crate::device::layout::SAMPLES_A_GROUP;
-use crate::film::state::pixel_sums;
 use crate::render::RenderError;
 use crate::subspace::Model;
 use crate::training::TrainingEvent;
@@ -44,8 +41,7 @@ impl Renderer {
     /// # Errors
     /// A lost device, a buffer that does not fit.
     pub fn connect_by(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
-        let taken = self.integrator.wavefront().take_film(&self.context)?;
-        self.sums.add(taken.par_iter().map(pixel_sums));
+        self.flush()?;
         self.sums.settle();
         self.integrator.set_model(&self.context, &model)?;
         self.report.training = Some(model.report.clone());

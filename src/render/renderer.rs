@@ -169,14 +169,21 @@ impl Renderer {
         self.samples += samples;
         self.poll_training()?;
         if samples > 0 && is_apart && self.samples.is_multiple_of(SAMPLES_A_GROUP) {
-            let taken = self.integrator.wavefront().take_film(&self.context)?;
-            self.groups.insert(self.samples / SAMPLES_A_GROUP - 1, group_of(&taken));
+            let mut group = Vec::new();
+            self.integrator.wavefront().take_film(&self.context, |_, page| group.extend(group_of(&page)))?;
+            self.groups.insert(self.samples / SAMPLES_A_GROUP - 1, group);
         } else if samples > 0 && self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
-            let taken = self.integrator.wavefront().take_film(&self.context)?;
-            self.sums.add(taken.par_iter().map(pixel_sums));
+            self.flush()?;
         }
         self.elapsed += start.elapsed();
         Ok(samples)
+    }
+
+    /// Takes the device's sums over.
+    pub(super) fn flush(&mut self) -> Result<(), RenderError> {
+        let sums = &mut self.sums;
+        let visit = |first, page: Vec<FilmPixel>| sums.add_from(first, page.par_iter().map(pixel_sums));
+        Ok(self.integrator.wavefront().take_film(&self.context, visit)?)
     }
 
     /// Traces samples into the film on the device. Returns how many: fewer, and `was_cut` is set, where the deadline or an
@@ -321,9 +328,11 @@ impl Renderer {
         }
     }
 
-    /// Host sums and what the device has not handed over yet.
-    fn current_sums(&self) -> Result<FilmSums, RenderError> {
-        Ok(self.film_state()?.into_sums())
+    /// Looks at the host's sums together with what the device has not handed over yet. They are large: there is a copy of
+    /// them only where there is something to add.
+    fn look_at_sums<T>(&self, look: impl FnOnce(&FilmSums) -> T) -> Result<T, RenderError> {
+        let all_are_here = self.groups.is_empty() && self.samples.is_multiple_of(SAMPLES_A_FLUSH);
+        Ok(if all_are_here { look(&self.sums) } else { look(&self.film_state()?.into_sums()) })
     }
 
     /// The picture so far, with its layers.
@@ -359,7 +368,7 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn radiance(&self) -> Result<Picture, RenderError> {
-        Ok(self.current_sums()?.picture(self.radiance_scale))
+        self.look_at_sums(|sums| sums.picture(self.radiance_scale))
     }
 
     /// The [`radiance`](Self::radiance), and the [`report`](Self::report) without its estimate, which takes longest.
@@ -367,8 +376,9 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn glance(&self) -> Result<(Picture, Report), RenderError> {
-        let sums = self.current_sums()?;
-        Ok((sums.picture(self.radiance_scale), self.status(sums.non_finite())?))
+        let (picture, non_finite) =
+            self.look_at_sums(|sums| (sums.picture(self.radiance_scale), sums.non_finite()))?;
+        Ok((picture, self.status(non_finite)?))
     }
 
     /// Samples of each pixel that were left out because they were not finite.
@@ -376,7 +386,7 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn non_finite(&self) -> Result<Vec<u64>, RenderError> {
-        Ok(self.current_sums()?.non_finite_by_pixel())
+        self.look_at_sums(FilmSums::non_finite_by_pixel)
     }
 
     /// As [`Integrator::first_subspaces`].
@@ -392,8 +402,8 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn report(&self) -> Result<Report, RenderError> {
-        let sums = self.current_sums()?;
-        Ok(Report { estimated_error: sums.estimated_error(), ..self.status(sums.non_finite())? })
+        let (error, non_finite) = self.look_at_sums(|sums| (sums.estimated_error(), sums.non_finite()))?;
+        Ok(Report { estimated_error: error, ..self.status(non_finite)? })
     }
 
     /// As [`FilmSums::estimated_error`].
@@ -401,7 +411,7 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn estimated_error(&self) -> Result<Option<f64>, RenderError> {
-        Ok(self.current_sums()?.estimated_error())
+        self.look_at_sums(FilmSums::estimated_error)
     }
 
     /// The report but for its estimate. `non_finite`: samples that were left out.

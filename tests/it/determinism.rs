@@ -38,7 +38,7 @@ fn channels(picture: &Picture) -> Vec<(String, Vec<u32>)> {
 }
 
 #[track_caller]
-fn assert_same(found: &Picture, expected: &Picture, what: &str) {
+pub fn assert_same(found: &Picture, expected: &Picture, what: &str) {
     assert_eq!((found.width, found.height), (expected.width, expected.height));
     for ((name, found), (_, expected)) in channels(found).iter().zip(channels(expected)) {
         let differing = found.iter().zip(&expected).filter(|(a, b)| a != b).count();

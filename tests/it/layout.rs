@@ -38,6 +38,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     LightFeature,
     Counts,
     FilmPixel,
+    Page,
     Material,
     TextureSlot,
     Light,
@@ -89,8 +90,9 @@ fn full_modules() -> Vec<(&'static str, Module)> {
         Feature::of_scenes().filter(|&feature| feature != Feature::LambertOnly).collect();
     let features = features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces]);
     let lambert = Features::from([Feature::LambertVertices, Feature::LightPaths, Feature::LightCache]);
+    let pages = features.with(&[Feature::FilmPages, Feature::SplatsAtomic]);
     kernels()
-        .map(|name| (name, stitch(name, features)))
+        .map(|name| (name, stitch(name, if name == "splat_page" { pages } else { features })))
         .chain([("light_shade", stitch("light_shade", lambert))])
         .chain([("light_rays", stitch("light_rays", features.with(&[Feature::LightGuide])))])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))

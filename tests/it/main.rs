@@ -55,6 +55,7 @@ mod metric;
 mod normals_f64;
 mod online;
 mod outputs;
+mod pages;
 mod point_sets;
 #[cfg(feature = "preview")]
 mod preview;

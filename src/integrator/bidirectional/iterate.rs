@@ -82,7 +82,8 @@ impl Bidirectional {
                 self.trace_light_batch(context, batch, purpose)?;
             }
             let counts = self.wavefront.counts(context)?;
-            if self.capacity == 0 || counts.light_vertices <= self.capacity {
+            let fits = self.capacity == 0 || counts.light_vertices <= self.capacity;
+            if fits || self.must_halve(context, batches, &counts) {
                 break counts;
             }
             self.wavefront.light_counts.cache_overflows += 1;
@@ -95,9 +96,19 @@ impl Bidirectional {
         let totals = &mut self.wavefront.light_counts;
         totals.light_closest_hit += total(counts.closest_total) - total(before.closest_total);
         totals.light_occlusion += total(counts.shadow_total) - total(before.shadow_total);
-        totals.light_vertices += u64::from(counts.light_vertices);
-        self.wavefront.submit(context, &self.stages.sort)?;
+        if !self.must_halve(context, batches, &counts) {
+            self.wavefront.light_counts.light_vertices += u64::from(counts.light_vertices);
+            self.wavefront.submit(context, &self.stages.sort)?;
+        }
         Ok(counts)
+    }
+
+    /// No buffer holds the vertices of these light paths, but each belongs to the eye path of its pixel: half of the pixels
+    /// may do.
+    fn must_halve(&self, context: &Context, batches: &[Batch], counts: &Counts) -> bool {
+        self.connects_own_path()
+            && batches.iter().any(|batch| batch.pixel_count > 1)
+            && u64::from(counts.light_vertices) > self.most_vertices(context)
     }
 
     pub(super) fn trace_light_batch(
@@ -214,13 +225,30 @@ impl Bidirectional {
             }
             purpose = Light::Cache;
         }
-        for batch in &batches {
+        let mut waiting: Vec<(Batch, Light)> = batches.iter().rev().map(|&batch| (batch, purpose)).collect();
+        while let Some((batch, purpose)) = waiting.pop() {
             if lit && own_paths {
-                counts = self.trace_light(context, &[*batch], purpose)?;
+                counts = self.trace_light(context, &[batch], purpose)?;
+                if self.must_halve(context, &[batch], &counts) {
+                    let [first, second] = halves(&batch);
+                    // What goes to the camera has arrived there.
+                    waiting.extend([(second, Light::Cache), (first, Light::Cache)]);
+                    continue;
+                }
             }
-            self.trace_eye(context, batch, &counts)?;
-            self.wavefront.accumulate(context, batch)?;
+            self.trace_eye(context, &batch, &counts)?;
+            self.wavefront.accumulate(context, &batch)?;
         }
         Ok(())
     }
+}
+
+/// A batch in two, each with half of the pixels.
+fn halves(batch: &Batch) -> [Batch; 2] {
+    let first = batch.pixel_count / 2;
+    let (second_pixel, second) = (batch.first_pixel + first, batch.pixel_count - first);
+    [
+        Batch { pixel_count: first, ..*batch },
+        Batch { first_pixel: second_pixel, pixel_count: second, ..*batch },
+    ]
 }

@@ -19,8 +19,9 @@ pub(super) struct LightKernels {
     pub shade: Kernel,
     /// Where a traversal draws numbers, those of light paths are others.
     pub closest_hit: Option<Kernel>,
-    /// Connects to the camera, and tests these connections.
+    /// Connects to the camera, and tests these connections; adds them to the pages of the film where it has several.
     pub camera: Option<[Kernel; 2]>,
+    pub splat_page: Option<Kernel>,
     pub cache: Option<CacheKernels>,
 }
 
@@ -76,15 +77,18 @@ impl LightKernels {
             true => Some(wavefront.compile(context, "closest_hit", &features)?),
             false => None,
         };
+        let mut splat_features = features.clone();
+        splat_features.extend([Feature::AnyHit, Feature::SplatsAtomic]);
+        splat_features.extend(wavefront.page_features());
         let camera = match plan.to_camera {
-            true => {
-                let mut splat_features = features.clone();
-                splat_features.extend([Feature::AnyHit, Feature::SplatsAtomic]);
-                Some([
-                    wavefront.compile(context, "camera_connections", &features)?,
-                    wavefront.compile(context, "occlusion", &splat_features)?,
-                ])
-            }
+            true => Some([
+                wavefront.compile(context, "camera_connections", &features)?,
+                wavefront.compile(context, "occlusion", &splat_features)?,
+            ]),
+            false => None,
+        };
+        let splat_page = match plan.to_camera && !wavefront.page_features().is_empty() {
+            true => Some(wavefront.compile(context, "splat_page", &splat_features)?),
             false => None,
         };
         let cache = match plan.selector {
@@ -100,6 +104,7 @@ impl LightKernels {
             shade: wavefront.compile(context, "light_shade", &guided)?,
             closest_hit,
             camera,
+            splat_page,
             cache,
         })
     }
@@ -138,6 +143,10 @@ impl Bidirectional {
                 wavefront.test_connections[0].clone(),
                 Stage::new(&occlusion.bind(context, &wavefront.buffers)?, Size::Shadow),
             ];
+        }
+        if let Some(kernel) = &kernels.splat_page {
+            let pages = wavefront.bind_pages(context, kernel)?;
+            stages.camera_tests.extend(pages.iter().map(|page| Stage::new(page, Size::Shadow)));
         }
         let bounce = |connects: bool, parity: usize| {
             let mut bounce = vec![Stage::new(&closest_hit[parity], Size::Paths)];

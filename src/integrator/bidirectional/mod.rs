@@ -126,7 +126,7 @@ impl Bidirectional {
             stages: Stages::default(),
         };
         integrator.divide(context);
-        integrator.make_cache(context, u64::from(integrator.cached_paths()) * FIRST_VERTICES_A_PATH)?;
+        integrator.make_cache(context, integrator.first_vertices(context))?;
         if lights && plan.shares_cache() && purpose == Purpose::Picture {
             integrator.vertices_per_path = integrator.count_vertices(context)?;
             if plan.needs_mean_length() {
@@ -150,32 +150,40 @@ impl Bidirectional {
             true => self.wavefront.samples_at_once(self.light_paths),
             false => 1,
         };
-        // Between surfaces that absorb next to nothing light paths are so long that one buffer holds few of them.
+        // One buffer holds few of the light paths of a large picture, or between surfaces that absorb next to nothing.
         let most = self.most_vertices(context) as f64 / RESERVE;
-        let vertices = |paths: u32| f64::from(paths) * self.vertices_per_path;
+        let vertices_per_path = match (self.plan.shares_cache(), self.vertices_per_path) {
+            (true, 0.0) => FIRST_VERTICES_A_PATH as f64,
+            (_, known) => known,
+        };
+        let vertices = |paths: u32| f64::from(paths) * vertices_per_path;
         while self.iteration > 1 && vertices(self.light_paths.saturating_mul(self.iteration)) > most {
             self.iteration /= 2;
         }
         let is_default = matches!(self.plan.light_paths, LightPaths::Shared { wanted: None, .. });
         self.is_capped = is_default && vertices(self.light_paths) > most;
         if self.is_capped {
-            self.light_paths = ((most / self.vertices_per_path) as u32).max(1);
+            self.light_paths = ((most / vertices_per_path) as u32).max(1);
         }
+    }
+
+    /// Vertices that the cache has room for as long as nothing is known of light paths.
+    fn first_vertices(&self, context: &Context) -> u64 {
+        (u64::from(self.cached_paths()) * FIRST_VERTICES_A_PATH).min(self.most_vertices(context))
     }
 
     /// Vertices that one buffer of the device holds.
     pub(super) fn most_vertices(&self, context: &Context) -> u64 {
-        let limits = context.device.limits();
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        most / self.wavefront.light_vertex_bytes()
+        context.binding / self.wavefront.light_vertex_bytes()
     }
 
     /// Makes room for the vertices that an iteration has on average, and some more, so that none is traced twice.
     fn make_room(&mut self, context: &Context) -> Result<(), DeviceError> {
         let paths = u64::from(self.light_paths) * u64::from(self.iteration);
         let vertices = (paths as f64 * self.vertices_per_path * RESERVE) as u64;
-        if vertices > self.capacity.into() {
-            self.make_cache(context, vertices.min(self.most_vertices(context)))?;
+        if vertices > self.capacity.into() || self.cached_paths() > self.cached_paths {
+            let wanted = vertices.min(self.most_vertices(context));
+            self.make_cache(context, wanted.max(self.capacity.into()))?;
         }
         Ok(())
     }
@@ -243,8 +251,7 @@ impl Integrator for Bidirectional {
         self.wavefront.aim(context, camera, region)?;
         self.divide(context);
         if self.cached_paths() > self.cached_paths {
-            let vertices = u64::from(self.cached_paths()) * FIRST_VERTICES_A_PATH;
-            self.make_cache(context, vertices.max(self.capacity.into()))?;
+            self.make_cache(context, self.first_vertices(context).max(self.capacity.into()))?;
         }
         Ok(())
     }
@@ -262,7 +269,7 @@ impl Integrator for Bidirectional {
         if self.plan.shares_cache() {
             if let LightPaths::Shared { wanted: None, per_pixel } = self.plan.light_paths {
                 let reason = match self.is_capped {
-                    true => "as many as one buffer has room for: they meet very many surfaces".to_string(),
+                    true => "as many as one buffer has room for".to_string(),
                     false => format!("{per_pixel} for each pixel"),
                 };
                 choices.push(Choice::new("light paths per sample", self.light_paths, reason));

@@ -4,10 +4,10 @@ use super::iterate::Light;
 use super::{Bidirectional, PILOT_PATHS, PILOT_SAMPLE};
 use crate::device::layout::Batch;
 use crate::device::{Context, DeviceError};
+use crate::integrator::wavefront::SPLAT_WORDS;
 
-/// Words of a pixel, and where it counts what was lost: `shaders/bind/splats.wgsl`.
-const WORDS: usize = 7;
-const LOST: usize = 6;
+/// Where a pixel counts what was lost: `shaders/bind/splats.wgsl`.
+const LOST: usize = SPLAT_WORDS - 1;
 /// Binary logarithm of the unit, at scale one: `shaders/lib/splat.wgsl`.
 const UNIT: i32 = -44;
 /// A mean radiance of the picture, as a power of two, that needs no finer unit: it is 2^20 units.
@@ -59,17 +59,16 @@ impl Bidirectional {
         let max_depth = template.max_depth.min(DEEP_ENOUGH);
         let batch = Batch { first_light_path: 0, pixel_count: most, sample_count: 1, max_depth, ..template };
         self.trace_light_batch(context, &batch, Light::CameraAndCache)?;
-        let pixels = u64::from(self.wavefront.settings.view.region().pixels());
-        let bytes = self.wavefront.buffers.read(context, "splats", pixels * WORDS as u64 * 4)?;
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
-        self.wavefront.drop_unfinished(context, None)?;
         let mut sums = (0.0, 0.0);
-        for pixel in words.as_chunks::<WORDS>().0 {
-            let high = pixel[..LOST].iter().skip(1).step_by(2).map(|&word| f64::from(word)).sum::<f64>();
-            let low = pixel[..LOST].iter().step_by(2).map(|&word| f64::from(word)).sum::<f64>();
-            sums.0 += high * 2f64.powi(32) + low;
-            sums.1 += f64::from(pixel[LOST]);
-        }
+        self.wavefront.read_splats(context, |_, pixels| {
+            for pixel in pixels {
+                let high = pixel[..LOST].iter().skip(1).step_by(2).map(|&word| f64::from(word)).sum::<f64>();
+                let low = pixel[..LOST].iter().step_by(2).map(|&word| f64::from(word)).sum::<f64>();
+                sums.0 += high * 2f64.powi(32) + low;
+                sums.1 += f64::from(pixel[LOST]);
+            }
+        })?;
+        self.wavefront.drop_unfinished(context, None)?;
         Ok(sums)
     }
 }

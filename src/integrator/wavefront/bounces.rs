@@ -104,14 +104,17 @@ impl Wavefront {
         };
         let mut batches = Vec::new();
         for sample in (0..samples).step_by(samples_a_batch as usize) {
-            for pixel in (0..pixels).step_by(pixels_a_batch as usize) {
+            let mut pixel = 0;
+            while pixel < pixels {
+                let pixel_count = pixels_a_batch.min(self.pages.left(pixel)).min(pixels - pixel);
                 batches.push(Batch {
                     first_pixel: pixel,
-                    pixel_count: pixels_a_batch.min(pixels - pixel),
+                    pixel_count,
                     first_sample: first_sample + sample,
                     sample_count: samples_a_batch.min(samples - sample),
                     ..template
                 });
+                pixel += pixel_count;
             }
         }
         batches
@@ -201,7 +204,8 @@ impl Wavefront {
 
     /// Adds a batch to the film.
     pub(crate) fn accumulate(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
-        let stage = Stage::new(&self.accumulate, Size::Count(batch.pixel_count));
+        let stage =
+            Stage::new(&self.accumulate[self.pages.of(batch.first_pixel)], Size::Count(batch.pixel_count));
         self.submit(context, &[stage])?;
         self.accumulated += u64::from(batch.pixel_count) * u64::from(batch.sample_count);
         Ok(())

@@ -3,6 +3,7 @@
 use crate::device::layout::{Counts, FirstHitPixel, Hit, NO_TRIANGLE};
 use crate::device::{Bound, Context, DeviceError};
 
+use super::pages::FIRST_HITS;
 use super::{Extent, Wavefront, record, total};
 
 /// Mirrors and panes of smooth glass, one behind the other, that layers look through.
@@ -18,7 +19,7 @@ impl Wavefront {
         let timing = self.timing.take();
         let before = total(self.counts(context)?.closest_total);
         let mut encoder = context.device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(self.buffers.get("first_hits")?, 0, None);
+        self.clear(FIRST_HITS, &mut encoder);
         context.queue.submit([encoder.finish()]);
         for batch in self.batches(0, samples) {
             let paths = batch.pixel_count * batch.sample_count;
@@ -27,7 +28,7 @@ impl Wavefront {
             if let Some(follow) = self.mirror_follow.clone() {
                 encoder = self.follow_mirrors(context, encoder, &follow, paths)?;
             }
-            if let Some(first_hit) = &self.first_hit {
+            if let Some(first_hit) = self.first_hit.get(self.pages.of(batch.first_pixel)) {
                 record(&mut encoder, &mut None, first_hit, Extent::Count(batch.pixel_count));
             }
             context.queue.submit([encoder.finish()]);
@@ -37,8 +38,7 @@ impl Wavefront {
         }
         self.timing = timing;
         self.aside += total(self.counts(context)?.closest_total) - before;
-        let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FirstHitPixel>() as u64;
-        Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "first_hits", bytes)?))
+        self.read_first_hits(context)
     }
 
     /// What the camera's rays of samples `first .. first + samples` meet, in order for each pixel: `visit` gets the pixel, and

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::pages::Pages;
 use super::{Size, Stage, Wavefront};
 use crate::device::layout::{LambertVertex, LightVertex};
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features, Kernel};
@@ -89,7 +90,12 @@ pub(super) struct SharedKernels {
 }
 
 impl SharedKernels {
-    pub fn new(context: &Context, compiler: &mut Compiler, settings: &Settings) -> Result<Self, DeviceError> {
+    pub fn new(
+        context: &Context,
+        compiler: &mut Compiler,
+        settings: &Settings,
+        pages: &Pages,
+    ) -> Result<Self, DeviceError> {
         let connects = compiler.features.contains(Feature::Lights);
         let follows = settings.first_hit && settings.through_mirrors;
         let mut compile = |name: &str, extra: &[Feature]| compiler.compile(context, name, extra);
@@ -101,11 +107,14 @@ impl SharedKernels {
                 true => Some([compile("shadow_advance", &[])?, compile("occlusion", &[Feature::AnyHit])?]),
                 false => None,
             },
-            accumulate: compile("film_accumulate", &[])?,
-            first_hit: match (settings.first_hit, follows) {
-                (false, _) => None,
-                (true, false) => Some(compile("first_hit", &[])?),
-                (true, true) => Some(compile("first_hit", &[Feature::ThroughMirrors])?),
+            accumulate: compile("film_accumulate", pages.features())?,
+            first_hit: match settings.first_hit {
+                true => {
+                    let mut features = pages.features().to_vec();
+                    features.extend(follows.then_some(Feature::ThroughMirrors));
+                    Some(compile("first_hit", &features)?)
+                }
+                false => None,
             },
             mirror_follow: if follows { Some(compile("mirror_follow", &[])?) } else { None },
         })
@@ -167,6 +176,23 @@ impl Wavefront {
         extra: &[Feature],
     ) -> Result<Kernel, DeviceError> {
         self.compiler.compile(context, name, extra)
+    }
+
+    /// What kernels that see a page of the film are compiled with.
+    pub(crate) fn page_features(&self) -> &'static [Feature] {
+        self.pages.features()
+    }
+
+    /// Binds a kernel to each page of the film in turn.
+    ///
+    /// # Errors
+    /// A buffer that is missing.
+    pub(crate) fn bind_pages(
+        &mut self,
+        context: &Context,
+        kernel: &Kernel,
+    ) -> Result<Vec<Bound>, DeviceError> {
+        self.pages.bind(&mut self.buffers, |buffers| kernel.bind(context, buffers))
     }
 
     /// Binds a kernel that reads `*_in` and writes `*_out`: for even and for odd bounces.

@@ -4,6 +4,7 @@
 mod bounces;
 mod first_hits;
 mod kernels;
+mod pages;
 mod queues;
 pub mod submission;
 
@@ -18,11 +19,13 @@ use crate::device::timing::Timing;
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Kernel};
 use crate::film::Region;
 use kernels::{Compiler, SharedKernels, bind_pair};
+use pages::{FILM, Pages, SPLATS};
 use queues::Swapped;
 use submission::Pace;
 
 pub(crate) use bounces::{Bounces, Extent, Size, Stage, record};
 pub(crate) use kernels::Form;
+pub(crate) use pages::SPLAT_WORDS;
 pub use queues::RayCounts;
 pub(crate) use queues::total;
 
@@ -48,8 +51,10 @@ pub struct Wavefront {
     tests: Option<[Kernel; 2]>,
     /// Tests the connections in the queue; none where nothing connects.
     pub(crate) test_connections: Vec<Stage>,
-    accumulate: Bound,
-    pub(crate) first_hit: Option<Bound>,
+    pages: Pages,
+    /// For each page.
+    accumulate: Vec<Bound>,
+    pub(crate) first_hit: Vec<Bound>,
     mirror_follow: Option<Bound>,
     pub timing: Option<Timing>,
     /// What the device does not count apart.
@@ -85,23 +90,28 @@ impl Wavefront {
         let mut constants = std::mem::take(&mut scene.constants);
         constants.push(("CONNECTIONS_IN_FLIGHT", f64::from(form.connections)));
         constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
-        let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO, names: Vec::new() };
-        let kernels = SharedKernels::new(context, &mut compiler, &settings)?;
-
         let mut buffers = std::mem::take(&mut scene.buffers);
+        let pixels = settings.view.region().pixels();
+        let pages = Pages::create(context, &mut buffers, pixels, form.splats, settings.first_hit)?;
+        let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO, names: Vec::new() };
+        let kernels = SharedKernels::new(context, &mut compiler, &settings, &pages)?;
+
         let connects = kernels.tests.is_some();
-        let swapped = queues::create(context, &mut buffers, camera, &settings, &form, connects)?;
+        let swapped = queues::create(context, &mut buffers, camera, &form, connects)?;
         let [camera_rays, _] = bind_pair(context, &mut buffers, &swapped, &kernels.camera_rays)?;
         let closest_hit = bind_pair(context, &mut buffers, &swapped, &kernels.closest_hit)?;
         let advance = kernels.advance.bind(context, &buffers)?;
-        let accumulate = kernels.accumulate.bind(context, &buffers)?;
-        let mut bind_first = |kernel: Option<Kernel>| match kernel {
-            Some(kernel) => bind_pair(context, &mut buffers, &swapped, &kernel).map(|[first, _]| Some(first)),
-            None => Ok(None),
+        let accumulate = pages.bind(&mut buffers, |buffers| kernels.accumulate.bind(context, buffers))?;
+        let bind_first = |kernel: &Kernel, buffers: &mut BufferTable| {
+            bind_pair(context, buffers, &swapped, kernel).map(|[first, _]| first)
         };
-        let first_hit = bind_first(kernels.first_hit)?;
-        let mirror_follow = bind_first(kernels.mirror_follow)?;
-        let capacity = queues::capacity(context);
+        let first_hit = match &kernels.first_hit {
+            Some(kernel) => pages.bind(&mut buffers, |buffers| bind_first(kernel, buffers))?,
+            None => Vec::new(),
+        };
+        let mirror_follow =
+            kernels.mirror_follow.map(|kernel| bind_first(&kernel, &mut buffers)).transpose()?;
+        let capacity = queues::capacity(context, form.connections);
         let mut wavefront = Self {
             buffers,
             settings,
@@ -118,6 +128,7 @@ impl Wavefront {
             advance,
             tests: kernels.tests,
             test_connections: Vec::new(),
+            pages,
             accumulate,
             first_hit,
             mirror_follow,
@@ -167,11 +178,9 @@ impl Wavefront {
     /// A lost device.
     pub fn reset(&mut self, context: &Context) -> Result<(), DeviceError> {
         let mut encoder = context.device.create_command_encoder(&Default::default());
-        for name in ["film", "counts", "splats"] {
-            if let Ok(buffer) = self.buffers.get(name) {
-                encoder.clear_buffer(buffer, 0, None);
-            }
-        }
+        self.clear(FILM, &mut encoder);
+        self.clear(SPLATS, &mut encoder);
+        encoder.clear_buffer(self.buffers.get("counts")?, 0, None);
         context.queue.submit([encoder.finish()]);
         self.light_counts = RayCounts::default();
         self.aside = 0;
@@ -195,13 +204,11 @@ impl Wavefront {
     ) -> Result<(), DeviceError> {
         let mut encoder = context.device.create_command_encoder(&Default::default());
         match film {
-            Some([]) => encoder.clear_buffer(self.buffers.get("film")?, 0, None),
-            Some(film) => self.buffers.write(context, "film", bytemuck::cast_slice(film))?,
+            Some([]) => self.clear(FILM, &mut encoder),
+            Some(film) => self.write_film(context, film)?,
             None => {}
         }
-        if let Ok(splats) = self.buffers.get("splats") {
-            encoder.clear_buffer(splats, 0, None);
-        }
+        self.clear(SPLATS, &mut encoder);
         // The lengths of queues, not the totals.
         let lengths = std::mem::offset_of!(Counts, closest_total) as u64;
         encoder.clear_buffer(self.buffers.get("counts")?, 0, Some(lengths));

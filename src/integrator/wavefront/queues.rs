@@ -3,38 +3,36 @@
 use super::Wavefront;
 use super::kernels::Form;
 use crate::device::layout::{
-    Batch, Camera, Counts, EyeMis, FilmPixel, FirstHitPixel, Hit, LightMis, PathRay, ShadowRay, SubPath,
-    TrainingEnd, TrainingVertex,
+    Batch, Camera, Counts, EyeMis, Hit, LightMis, PathRay, ShadowRay, SubPath, TrainingEnd, TrainingVertex,
 };
 use crate::device::{BufferTable, Context, DeviceError};
-use crate::integrator::Settings;
 
 /// Paths in flight on a software device: enough to hide the tail of a batch, few enough to stay in its caches and
 /// to keep a dispatch near 100 ms.
 const CPU_CAPACITY: u32 = 1 << 16;
 /// Paths in flight on a GPU.
 const GPU_CAPACITY: u32 = 1 << 20;
-/// Seven words per pixel: `shaders/bind/splats.wgsl`.
-const SPLAT_BYTES: u64 = 28;
 
 /// Buffers that paths change places between: the name, and both of them.
 pub(super) type Swapped = Vec<(&'static str, [wgpu::Buffer; 2])>;
 
-/// Paths in flight at most.
-pub(super) fn capacity(context: &Context) -> u32 {
-    if context.is_cpu() { CPU_CAPACITY } else { GPU_CAPACITY }
+/// Paths in flight at most, each with so many connections: as many as one buffer has room for.
+pub(super) fn capacity(context: &Context, connections: u32) -> u32 {
+    let largest = u64::from(connections) * size_of::<ShadowRay>().max(size_of::<SubPath>()) as u64;
+    let room = (context.binding / largest).min(u64::from(GPU_CAPACITY)) as u32;
+    let wanted = if context.is_cpu() { CPU_CAPACITY } else { GPU_CAPACITY };
+    wanted.min(1 << room.max(1).ilog2())
 }
 
-/// Makes the queues for so many paths, and the film. `connects`: there is light to connect to.
+/// Makes the queues for so many paths. `connects`: there is light to connect to.
 pub(super) fn create(
     context: &Context,
     buffers: &mut BufferTable,
     camera: &Camera,
-    settings: &Settings,
     form: &Form,
     connects: bool,
 ) -> Result<Swapped, DeviceError> {
-    let bytes = |size: usize| u64::from(capacity(context)) * size as u64;
+    let bytes = |size: usize| u64::from(capacity(context, form.connections)) * size as u64;
     let mut pair = |names: [&str; 2], size: usize| {
         let first = buffers.create(context, names[0], bytes(size))?.clone();
         Ok::<_, DeviceError>([first, buffers.create(context, names[1], bytes(size))?.clone()])
@@ -58,14 +56,6 @@ pub(super) fn create(
     buffers.create(context, "counts", size_of::<Counts>() as u64)?;
     let indirect = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT;
     buffers.create_with(context, "arguments", 96, indirect)?;
-    let pixels = u64::from(settings.view.region().pixels());
-    buffers.create(context, "film", pixels * size_of::<FilmPixel>() as u64)?;
-    if form.splats {
-        buffers.create(context, "splats", pixels * SPLAT_BYTES)?;
-    }
-    if settings.first_hit {
-        buffers.create(context, "first_hits", pixels * size_of::<FirstHitPixel>() as u64)?;
-    }
     buffers.upload_uniform(context, "camera", &[*camera])?;
     buffers.upload_uniform(context, "batch", &[Batch::default()])?;
     Ok(swapped)
@@ -162,27 +152,6 @@ impl Wavefront {
             non_finite_vertices: counts.non_finite_vertices.into(),
             ..self.light_counts
         })
-    }
-
-    /// The film's sums since they were last taken; waits for the device.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn film(&self, context: &Context) -> Result<Vec<FilmPixel>, DeviceError> {
-        let bytes = u64::from(self.settings.view.region().pixels()) * size_of::<FilmPixel>() as u64;
-        Ok(bytemuck::pod_collect_to_vec(&self.buffers.read(context, "film", bytes)?))
-    }
-
-    /// Takes the film's sums and sets them to zero; waits for the device.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn take_film(&self, context: &Context) -> Result<Vec<FilmPixel>, DeviceError> {
-        let film = self.film(context)?;
-        let mut encoder = context.device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(self.buffers.get("film")?, 0, None);
-        context.queue.submit([encoder.finish()]);
-        Ok(film)
     }
 }
 
