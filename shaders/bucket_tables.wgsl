@@ -1,6 +1,6 @@
 #import bind/bucket_sums
 #import bind/buckets
-#import lib/scan
+#import lib/workgroup_sum
 
 // The alias table of each light subspace, in whole units, so that probabilities are known exactly. One workgroup per
 // subspace; each invocation makes a part of the slots. Slots that lack units are filled in their order by those that
@@ -9,21 +9,6 @@
 
 /// Sums by blocks: the error of a plain sum grows with the number of vertices.
 const BLOCK: u32 = 64u;
-
-var<workgroup> weight_sums: array<f32, SCAN_THREADS>;
-
-/// Sum of the values of all invocations of the workgroup.
-fn workgroup_sum(thread: u32, value: f32) -> f32 {
-    weight_sums[thread] = value;
-    workgroupBarrier();
-    for (var half = SCAN_THREADS / 2u; half > 0u; half /= 2u) {
-        if thread < half {
-            weight_sums[thread] += weight_sums[thread + half];
-        }
-        workgroupBarrier();
-    }
-    return weight_sums[0];
-}
 
 fn running_sum(place: u32, of_spares: bool) -> u32 {
     return select(bucket_sums[place].x, bucket_sums[place].y, of_spares);

@@ -11,7 +11,11 @@
 #if own_light_path
 #import lib/select_own_path
 #else
+#if records
+#import lib/select_records
+#else
 #import lib/select_uniform
+#endif
 #endif
 #endif
 #import lib/strategies
@@ -19,19 +23,6 @@
 
 // Connects the vertices that eye paths have just reached to vertices of the light cache, one invocation for each
 // connection.
-
-/// The ray that tests a link.
-fn shadow_ray(point: SurfacePoint, link: Link, kind: u32) -> ShadowRay {
-    let origin = ray_origin(point, link.direction);
-    if link.distance == MAX_FLOAT {
-        return ShadowRay(origin, 0u, link.direction, MAX_FLOAT, vec3f(0.0), 0u);
-    }
-    var end = point.position + link.direction * link.distance;
-    if kind <= LIGHT_TRIANGLE + 1u {
-        end = ray_end(link.light_point, link.direction, link.distance);
-    }
-    return ShadowRay(origin, 0u, end - origin, 1.0 - 0x1p-20, vec3f(0.0), 0u);
-}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -78,7 +69,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if !any(contribution != vec3f(0.0)) {
         return;
     }
-    var shadow = shadow_ray(eye_point, connection.link, kind);
+    var shadow = link_ray(eye_point, connection.link, kind);
     shadow.depth = depth;
     deliver_connection(shadow, slot, ray, through, light_vertex, connection, contribution);
 }

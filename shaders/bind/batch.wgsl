@@ -41,9 +41,10 @@ struct Batch {
     subspaces: u32,
     /// What light paths bring to the camera is summed in units that are so many times finer: a power of two.
     splat_scale: f32,
+    /// How many records there are, and the first one that is under way.
+    records: u32,
+    first_record: u32,
     pad0: u32,
-    pad1: u32,
-    pad2: u32,
 }
 
 /// Samples of a pixel that belong together, counted from the first.

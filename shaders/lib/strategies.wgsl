@@ -109,6 +109,19 @@ fn link_to(point: SurfacePoint, vertex: LightVertex, kind: u32) -> Link {
     return link;
 }
 
+/// The ray that tests a link.
+fn link_ray(point: SurfacePoint, link: Link, kind: u32) -> ShadowRay {
+    let origin = ray_origin(point, link.direction);
+    if link.distance == MAX_FLOAT {
+        return ShadowRay(origin, 0u, link.direction, MAX_FLOAT, vec3f(0.0), 0u);
+    }
+    var end = point.position + link.direction * link.distance;
+    if kind <= LIGHT_TRIANGLE + 1u {
+        end = ray_end(link.light_point, link.direction, link.distance);
+    }
+    return ShadowRay(origin, 0u, end - origin, 1.0 - 0x1p-20, vec3f(0.0), 0u);
+}
+
 /// A connection of a light path's vertex to the camera, but for visibility and for what the path carries; `weight` is
 /// the share of this strategy.
 struct CameraConnection {

@@ -40,6 +40,11 @@ pub enum DeviceError {
     )]
     BufferTooLarge { name: String, bytes: u64, limit: u64 },
     #[error(
+        "{records} records with a table of {vertices} light vertices each need {bytes} bytes, the device binds at most {limit} \
+         at once; take fewer records (--record-share), fewer light paths (--light-paths), or a smaller picture"
+    )]
+    RecordsTooLarge { records: u32, vertices: u32, bytes: u64, limit: u64 },
+    #[error(
         "out of device memory: {name} needs {bytes} bytes, and all buffers together {total}, where {memory} are free; use a \
          smaller picture, a smaller scene, or another device"
     )]
@@ -70,7 +75,10 @@ impl DeviceError {
             | Self::Shader { .. }
             | Self::Pipeline { .. }
             | Self::MissingBuffer { .. } => Fault::Defect,
-            Self::BufferTooLarge { .. } | Self::OutOfMemory { .. } | Self::Lost { .. } => Fault::Machine,
+            Self::BufferTooLarge { .. }
+            | Self::RecordsTooLarge { .. }
+            | Self::OutOfMemory { .. }
+            | Self::Lost { .. } => Fault::Machine,
             Self::TreeTooDeep { .. } => Fault::Input,
             Self::Math(error) => error.fault(),
             Self::Scene(error) => error.fault(),

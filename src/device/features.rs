@@ -106,6 +106,7 @@ features! {
         LightGuide light_guide, [Subspaces], "light paths go where their light is wanted";
         Transparent transparent, [], "the camera sees nothing where it would see the environment";
         ThroughMirrors through_mirrors, [], "layers show what is seen in mirrors and through smooth glass";
+        Records records, [], "connections are drawn by the tables of the nearest records";
         OwnLightPath own_light_path, [], "an eye path is connected to its own light path";
     }
 }

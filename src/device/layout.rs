@@ -72,9 +72,9 @@ device_struct! {
         pub weighted: u32,
         pub subspaces: u32,
         pub splat_scale: f32,
+        pub records: u32,
+        pub first_record: u32,
         pub pad0: u32,
-        pub pad1: u32,
-        pub pad2: u32,
     }
 }
 
@@ -284,6 +284,22 @@ device_struct! {
         pub pdf_scale: f32,
         pub path: u32,
         pub depth_label: u32,
+    }
+}
+
+device_struct! {
+    /// A vertex of an eye path that draws light vertices for those near to it.
+    pub struct Record {
+        pub position: [f32; 3],
+        pub triangle: u32,
+        pub b1: f32,
+        pub b2: f32,
+        pub path: u32,
+        pub depth_sides: u32,
+        pub most_geometry: f32,
+        pub pad0: u32,
+        pub pad1: u32,
+        pub pad2: u32,
     }
 }
 

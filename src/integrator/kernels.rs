@@ -95,6 +95,11 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
         let sort = ["eye_labels", "bucket_counts", "bucket_scan", "bucket_order", "bucket_tables"];
         kernels.extend(sort.map(|kernel| (kernel, form)));
     }
+    if plan.record_share().is_some() {
+        kernels.extend(["record_vertices", "record_tables", "eye_records"].map(|kernel| (kernel, form)));
+        kernels.push(("record_weights", form.with(&[Feature::AnyHit])));
+        return kernels;
+    }
     // What `training` compiles beside them.
     if plan.shares_cache() && !form.contains(Feature::LambertVertices) {
         kernels.extend([("light_samples", form), ("training_shade", form)]);

@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::Connections;
-use super::bidirectional::settings::{Bdpt, LightTracing, LvcBpt, SpcBpt};
+use super::bidirectional::settings::{Bdpt, LightTracing, LvcBpt, PcBpt, SpcBpt};
 
 /// How light is transported, with the settings of each way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -23,6 +23,8 @@ pub enum Method {
     SpcBpt(SpcBpt),
     /// Light tracing: light paths alone, connected to the camera.
     Light(LightTracing),
+    /// Probabilistic connections for bidirectional path tracing (Popov et al. 2015).
+    PcBpt(PcBpt),
 }
 
 /// What users are told of a method, and how their settings make it.
@@ -49,6 +51,8 @@ pub enum Setting {
     /// How many, and how far weights trust them.
     Connections,
     LightTracing,
+    /// How many eye paths leave records.
+    Records,
     /// All that says what is learnt, and from what.
     Learning,
 }
@@ -64,6 +68,8 @@ pub struct Given {
     /// [`Connections::thinning`] is off.
     pub no_thinning: bool,
     pub light_tracing: bool,
+    /// [`PcBpt::record_share`]
+    pub record_share: Option<f64>,
 }
 
 impl Given {
@@ -77,7 +83,7 @@ impl Given {
 }
 
 /// Every method, in the order in which users see them.
-pub static METHODS: [&Descriptor; 5] = [&PATH, &BDPT, &LVCBPT, &SPCBPT, &LIGHT];
+pub static METHODS: [&Descriptor; 6] = [&PATH, &BDPT, &LVCBPT, &SPCBPT, &LIGHT, &PCBPT];
 
 pub static PATH: Descriptor = Descriptor {
     name: "path",
@@ -135,6 +141,21 @@ pub static LIGHT: Descriptor = Descriptor {
     suits: "caustics on matte surfaces. Does not show what is seen through, or mirrored in, perfectly smooth glass and metal",
     takes: &[Setting::LightPaths],
     make: |given| Method::Light(LightTracing { light_paths: given.light_paths }),
+};
+
+pub static PCBPT: Descriptor = Descriptor {
+    name: "pcbpt",
+    help: "Bidirectional path tracing that connects by records of which light vertices reach some eye vertices (PCBPT)",
+    key: '6',
+    how: "as `lvcbpt` with few light paths, of which a few eye vertices of each sample tell the others which reach them",
+    suits: "comparison with `spcbpt`, which needs no such records",
+    takes: &[Setting::LightPaths, Setting::Connections, Setting::LightTracing, Setting::Records],
+    make: |given| {
+        let Given { light_paths, light_tracing, .. } = *given;
+        let connections = given.connections_or(PcBpt::CONNECTIONS);
+        let record_share = given.record_share.unwrap_or(PcBpt::RECORD_SHARE);
+        Method::PcBpt(PcBpt { light_paths, connections, light_tracing, record_share })
+    },
 };
 
 impl Descriptor {

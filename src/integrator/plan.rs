@@ -3,7 +3,8 @@
 use crate::device::Feature;
 use crate::subspace::Connections;
 
-use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, SPCBPT};
+use super::PcBpt;
+use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, PCBPT, SPCBPT};
 
 /// Where the light paths of an iteration come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +19,7 @@ pub enum LightPaths {
 }
 
 /// Which vertices of the light vertex cache an eye vertex is connected to: `shaders/lib/select_*.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Selector {
     /// All of the light path that belongs to the eye path.
     OwnPath,
@@ -26,6 +27,8 @@ pub enum Selector {
     Uniform,
     /// A light subspace by Gamma, then a vertex of it by its power.
     Subspaces,
+    /// By the tables of the nearest records, or any: `share` of the pixels has an eye path that leaves records, in each sample.
+    Records { share: f64 },
 }
 
 impl Selector {
@@ -33,6 +36,7 @@ impl Selector {
     pub fn features(self) -> &'static [Feature] {
         match self {
             Self::OwnPath => &[Feature::OwnLightPath],
+            Self::Records { .. } => &[Feature::Records],
             Self::Uniform | Self::Subspaces => &[],
         }
     }
@@ -121,6 +125,17 @@ impl Method {
                 weights: Weights::Ratio,
                 to_camera: true,
             },
+            Self::PcBpt(method) => Plan {
+                descriptor: &PCBPT,
+                light_paths: LightPaths::Shared {
+                    wanted: Some(method.light_paths.unwrap_or(PcBpt::LIGHT_PATHS)),
+                    per_pixel: LIGHT_PATHS_PER_PIXEL,
+                },
+                connections: method.connections,
+                selector: Some(Selector::Records { share: method.record_share }),
+                weights: Weights::Ratio,
+                to_camera: method.light_tracing,
+            },
         }
     }
 }
@@ -169,7 +184,15 @@ impl Plan {
 
     /// That density follows from the mean number of vertices on a light path.
     pub fn needs_mean_length(&self) -> bool {
-        self.shares_cache() && self.connects_by_ratio()
+        self.selector == Some(Selector::Uniform) && self.connects_by_ratio()
+    }
+
+    /// Share of the pixels that have an eye path which leaves records, where connections go by records.
+    pub fn record_share(&self) -> Option<f64> {
+        match self.selector {
+            Some(Selector::Records { share }) => Some(share),
+            Some(Selector::OwnPath | Selector::Uniform | Selector::Subspaces) | None => None,
+        }
     }
 
     /// What the densities of connections are times in weights, by the number of the eye vertex: 1, 2, 3 and beyond; then the
@@ -182,7 +205,11 @@ impl Plan {
             (_, Weights::Subspaces) => 1.0,
             (_, Weights::Ratio) => 0.0,
         };
-        let [first, second, deep] = self.connections.scales().map(|scale| scale * unit);
+        let [first, second, deep] = match self.record_share() {
+            // However many the connections are, they stand for one of each pair of an eye and a light path.
+            Some(_) => self.connections.connection_shares(),
+            None => self.connections.scales().map(|scale| scale * unit),
+        };
         // A vertex that is connected to the camera knows one sum for all vertices beyond it.
         let second = if self.to_camera { deep } else { second };
         [first, second, deep, self.connections.hit_scale()]

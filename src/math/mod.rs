@@ -13,6 +13,7 @@ pub mod exact;
 pub mod fnv;
 pub mod frame;
 pub mod ggx_albedo;
+pub mod kd_tree;
 pub mod rng;
 pub mod sampling;
 pub mod scale;

@@ -38,6 +38,12 @@ impl Connections {
         std::array::from_fn(|vertex| self.counts[vertex] as f32 * self.shares[vertex])
     }
 
+    /// The shares of connections alone.
+    pub fn connection_shares(&self) -> [f32; 3] {
+        let [first, second, deep, _] = self.shares;
+        [first, second, deep]
+    }
+
     /// The same of light that is hit.
     pub fn hit_scale(&self) -> f32 {
         self.shares[3]

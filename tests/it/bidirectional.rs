@@ -27,7 +27,7 @@ fn lvcbpt(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
     })
 }
 
-fn shown(name: &str) -> Scene {
+pub fn shown(name: &str) -> Scene {
     builtin(name).expect("a built-in scene")
 }
 
@@ -79,32 +79,33 @@ fn plates_options(method: Method) -> RenderOptions {
 #[test]
 fn c05_every_strategy_alone_is_right() {
     for method in [BDPT_T1, lvcbpt(4096, 2, true)] {
-        let mut renderer =
-            Renderer::new(gpu::context(), &shown("plates"), plates_options(method)).expect("a renderer");
-        for length in 1..=5u32 {
-            for s in 0..=length {
-                let t = length + 1 - s;
-                if s == 1 && t == 1 {
-                    continue;
-                }
-                let strategy = Some(Strategy { s, t, weighted: false });
-                let runs: Moments = (0..12)
-                    .map(|seed| {
-                        renderer.restart(seed, strategy).expect("a restart");
-                        renderer.run(|_| false).expect("a render");
-                        let picture = renderer.picture().expect("a picture");
-                        picture.rgb.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>() / 4096.0
-                    })
-                    .collect();
-                let expected = PLATES[length as usize - 1];
-                let what = format!("{}, s = {s}, t = {t}", method.name());
-                println!(
-                    "{what}: {:.5} +- {:.5} of it",
-                    runs.mean / expected,
-                    runs.standard_error() / expected
-                );
-                runs.assert_mean(&what, expected, [1e-5, 0.01, 0.04, 0.12, 0.4][length as usize - 1]);
+        assert_strategies_alone_are_right(method, 5, 12);
+    }
+}
+
+/// The strategies of paths of up to `longest` edges, from so many seeds.
+pub fn assert_strategies_alone_are_right(method: Method, longest: u32, seeds: u64) {
+    let mut renderer =
+        Renderer::new(gpu::context(), &shown("plates"), plates_options(method)).expect("a renderer");
+    for length in 1..=longest {
+        for s in 0..=length {
+            let t = length + 1 - s;
+            if s == 1 && t == 1 {
+                continue;
             }
+            let strategy = Some(Strategy { s, t, weighted: false });
+            let runs: Moments = (0..seeds)
+                .map(|seed| {
+                    renderer.restart(seed, strategy).expect("a restart");
+                    renderer.run(|_| false).expect("a render");
+                    let picture = renderer.picture().expect("a picture");
+                    picture.rgb.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>() / 4096.0
+                })
+                .collect();
+            let expected = PLATES[length as usize - 1];
+            let what = format!("{}, s = {s}, t = {t}", method.name());
+            println!("{what}: {:.5} +- {:.5} of it", runs.mean / expected, runs.standard_error() / expected);
+            runs.assert_mean(&what, expected, [1e-5, 0.01, 0.04, 0.12, 0.4][length as usize - 1]);
         }
     }
 }

@@ -33,6 +33,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     LightMis,
     LightVertex,
     LambertVertex,
+    Record,
     TrainingVertex,
     TrainingEnd,
     LightFeature,

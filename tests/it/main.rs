@@ -64,6 +64,7 @@ mod quadrature;
 mod random;
 mod reachable;
 mod readme;
+mod records;
 mod reference;
 mod respawn;
 mod rng;

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use super::InputError;
 use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method};
+use crate::integrator::{Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt};
 use crate::subspace::{LEAST_UNIFORM_SHARE, Model, Optimiser, Settings, SubspaceError};
 use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
 
@@ -61,13 +61,18 @@ pub struct MethodArgs {
     integrator: Integrator,
     #[arg(long, value_name = "M",
           help = format!("Light paths for each sample of the whole picture; a few samples may share theirs ({}; default: a \
-                          quarter of the number of pixels, light as many as pixels)", names_of(Setting::LightPaths)))]
+                          quarter of the number of pixels, light as many as pixels, pcbpt {})", names_of(Setting::LightPaths),
+                         PcBpt::LIGHT_PATHS))]
     light_paths: Option<u32>,
     #[command(flatten)]
     connections: ConnectionArgs,
     #[arg(long, help = format!("Connect light paths to the camera as well ({}): finds caustics",
                                names_of(Setting::LightTracing)))]
     light_tracing: bool,
+    #[arg(long, value_name = "SHARE", value_parser = parse_record_share,
+          help = format!("Share of the pixels that have an eye path which leaves records in each sample, above 0 and up to 1; it is \
+                          rounded to every so many-th pixel ({}; default: {})", names_of(Setting::Records), PcBpt::RECORD_SHARE))]
+    record_share: Option<f64>,
     /// When spcbpt learns (default: meanwhile on a GPU unless --spp is given, else first). Only first makes the same
     /// picture again.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with = "train_paths", help_heading = LEARNING)]
@@ -133,6 +138,11 @@ fn parse_shares(text: &str) -> Result<[f32; 4], String> {
     let shares = shares.filter(|shares| shares.iter().all(|share| (1e-3..=1e3).contains(share)));
     let shares = shares.and_then(|shares| shares.try_into().ok());
     shares.ok_or_else(|| "takes four numbers from .001 to 1000, such as 3,2,1,4".to_owned())
+}
+
+fn parse_record_share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| *share > 0.0 && *share <= 1.0);
+    share.ok_or_else(|| "takes a share above 0, 1 at most, such as 0.004".to_owned())
 }
 
 /// Where `--help` lists these.
@@ -288,6 +298,7 @@ impl MethodArgs {
             shares: self.connections.shares,
             no_thinning: self.connections.no_thinning,
             light_tracing: self.light_tracing,
+            record_share: self.record_share,
         };
         for (flag, setting, is_given) in [
             ("--light-paths", Setting::LightPaths, given.light_paths.is_some()),
@@ -295,6 +306,7 @@ impl MethodArgs {
             ("--shares", Setting::Connections, given.shares.is_some()),
             ("--no-thinning", Setting::Connections, given.no_thinning),
             ("--light-tracing", Setting::LightTracing, given.light_tracing),
+            ("--record-share", Setting::Records, given.record_share.is_some()),
         ] {
             self.refuse(flag, setting, is_given)?;
         }

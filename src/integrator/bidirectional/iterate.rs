@@ -146,6 +146,7 @@ impl Bidirectional {
             if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
                 stages.push(Stage::new(&labels[parity], Size::Paths));
             }
+            stages.extend(self.records.as_ref().and_then(|records| records.nearest(parity)));
             if let Some(connect) = &self.stages.connect {
                 for first in (0..wanted).step_by(in_flight as usize) {
                     let slots = in_flight.min(wanted - first);
@@ -212,7 +213,8 @@ impl Bidirectional {
         light_paths: u32,
     ) -> Result<(), DeviceError> {
         let lit = self.stages.light_rays.is_some();
-        let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
+        let mut batches: Vec<Batch> =
+            batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
         let own_paths = self.connects_own_path();
         let mut purpose = Light::CameraAndCache;
         let mut counts = Counts::default();
@@ -225,6 +227,15 @@ impl Bidirectional {
             }
             purpose = Light::Cache;
         }
+        if let Some(records) = &mut self.records {
+            let found = records.find(context, &mut self.wavefront, &batches[0])?;
+            let vertices = counts.light_vertices;
+            if records.fill(context, &mut self.wavefront, &batches[0], found, vertices)? {
+                self.bind(context)?;
+            }
+        }
+        let records = self.records.as_ref().map_or(0, |records| records.count);
+        batches.iter_mut().for_each(|batch| batch.records = records);
         let mut waiting: Vec<(Batch, Light)> = batches.iter().rev().map(|&batch| (batch, purpose)).collect();
         while let Some((batch, purpose)) = waiting.pop() {
             if lit && own_paths {

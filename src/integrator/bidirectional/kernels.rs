@@ -167,6 +167,9 @@ impl Bidirectional {
             ];
             stages.connect = Some(wavefront.bind_pair(context, &cache.connections)?);
         }
+        if let (Some(records), Some(eye_shade)) = (&mut self.records, &stages.eye_shade) {
+            records.bind(context, wavefront, eye_shade)?;
+        }
         if let Some(subspaces) = &self.subspaces {
             stages.sort.extend(subspaces.sort.iter().cloned());
         }

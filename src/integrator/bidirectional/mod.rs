@@ -7,6 +7,7 @@
 
 mod iterate;
 mod kernels;
+mod records;
 pub mod settings;
 mod splats;
 mod subspaces;
@@ -20,6 +21,7 @@ use crate::subspace::Model;
 use super::wavefront::{Form, Wavefront};
 use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Settings};
 use kernels::{Kernels, Stages};
+use records::Records;
 use subspaces::Subspaces;
 
 /// Room in the cache for each light path at first; it grows where that is too little.
@@ -50,6 +52,10 @@ pub(crate) struct Bidirectional {
     kernels: Kernels,
     /// Connections are chosen by subspaces.
     subspaces: Option<Subspaces>,
+    /// Connections are chosen by records.
+    records: Option<Records>,
+    /// How many of them the pilot found.
+    pilot_records: u32,
     /// Vertices that the cache holds, and light paths.
     capacity: u32,
     cached_paths: u32,
@@ -103,6 +109,10 @@ impl Bidirectional {
             Some(model) => Some(Subspaces::new(context, &mut wavefront, model, !plan.to_camera)?),
             None => None,
         };
+        let records = match plan.record_share().filter(|_| lights) {
+            Some(share) => Some(Records::new(context, &mut wavefront, share)?),
+            None => None,
+        };
         if learns {
             // Something to bind; more room comes with the first batch.
             wavefront.make_room_for_records(context, 1)?;
@@ -121,6 +131,8 @@ impl Bidirectional {
             sees_light: true,
             kernels,
             subspaces,
+            records,
+            pilot_records: 0,
             capacity: 0,
             cached_paths: 0,
             stages: Stages::default(),
@@ -134,6 +146,7 @@ impl Bidirectional {
             }
             integrator.divide(context);
             integrator.make_room(context)?;
+            integrator.make_room_for_tables(context)?;
         }
         if lights && plan.to_camera && purpose == Purpose::Picture {
             integrator.choose_splat_scale(context)?;
@@ -146,7 +159,9 @@ impl Bidirectional {
         let settings = &self.wavefront.settings;
         let pixels = settings.view.width * settings.view.height;
         self.light_paths = self.plan.light_paths.count(pixels, settings.view.region().pixels());
-        self.iteration = match self.plan.shares_cache() && !self.wavefront.learns() {
+        // Records are those of a sample.
+        let shares_samples = self.plan.shares_cache() && self.records.is_none() && !self.wavefront.learns();
+        self.iteration = match shares_samples {
             true => self.wavefront.samples_at_once(self.light_paths),
             false => 1,
         };
@@ -221,6 +236,16 @@ impl Bidirectional {
         }
     }
 
+    /// Makes room for the tables of records, of which there are about as many as a pilot finds.
+    fn make_room_for_tables(&mut self, context: &Context) -> Result<(), DeviceError> {
+        let Some(records) = &mut self.records else { return Ok(()) };
+        let template = self.wavefront.batches(PILOT_SAMPLE, 1)[0];
+        self.pilot_records = records.find(context, &mut self.wavefront, &template)?.len() as u32;
+        let vertices = (f64::from(self.light_paths) * self.vertices_per_path).ceil() as u32;
+        records.make_room_for_tables(context, &mut self.wavefront, self.pilot_records, vertices)?;
+        self.bind(context)
+    }
+
     /// Mean number of vertices that a light path leaves in the cache, from paths that no picture is made of: a
     /// number that depends on the samples it weighs would bias them.
     fn count_vertices(&mut self, context: &Context) -> Result<f64, DeviceError> {
@@ -274,8 +299,20 @@ impl Integrator for Bidirectional {
                 };
                 choices.push(Choice::new("light paths per sample", self.light_paths, reason));
             }
-            let reason = "all that the queues hold at once, up to a group";
-            choices.push(Choice::new("samples that share light paths", self.iteration, reason));
+            if self.records.is_none() {
+                let reason = "all that the queues hold at once, up to a group";
+                choices.push(Choice::new("samples that share light paths", self.iteration, reason));
+            }
+        }
+        if self.records.is_some() {
+            let vertices = f64::from(self.light_paths) * self.vertices_per_path;
+            let entries = f64::from(self.pilot_records) * vertices;
+            let reason = format!(
+                "their tables of about {vertices:.0} light vertices take {:.2} M shadow rays a sample, and {:.1} MB",
+                entries * 1e-6,
+                entries * 8e-6
+            );
+            choices.push(Choice::new("records", format!("about {}", self.pilot_records), reason));
         }
         choices
     }

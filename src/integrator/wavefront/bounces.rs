@@ -120,6 +120,12 @@ impl Wavefront {
         batches
     }
 
+    /// What kernels see from now on.
+    pub(crate) fn set_batch(&mut self, context: &Context, batch: &Batch) -> Result<(), DeviceError> {
+        self.pace.check(context)?;
+        self.buffers.write(context, "batch", bytemuck::bytes_of(batch))
+    }
+
     /// Fills the queue with the first rays of a batch.
     pub(crate) fn start(
         &mut self,
@@ -127,8 +133,7 @@ impl Wavefront {
         batch: &Batch,
         first_rays: &Bound,
     ) -> Result<wgpu::CommandEncoder, DeviceError> {
-        self.pace.check(context)?;
-        self.buffers.write(context, "batch", bytemuck::bytes_of(batch))?;
+        self.set_batch(context, batch)?;
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let paths = batch.pixel_count * batch.sample_count;
         self.started = paths;

@@ -63,6 +63,7 @@ pub(super) fn create(
 
 /// What was done so far, exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 pub struct RayCounts {
     /// Eye and light paths.
     pub paths: u64,
@@ -79,6 +80,10 @@ pub struct RayCounts {
     pub cache_overflows: u64,
     /// Light vertices of infinite or undefined weight, which connections by subspaces leave out.
     pub non_finite_vertices: u64,
+    /// Vertices of eye paths that drew light vertices for those near to them.
+    pub records: u64,
+    /// Pairs of these and a light vertex, with a ray for each that may carry light.
+    pub record_entries: u64,
 }
 
 /// Surfaces of a path on average from which on a user wants to know: roulette alone ends paths after twice as many.
@@ -105,6 +110,8 @@ impl std::ops::Add for RayCounts {
             light_vertices: self.light_vertices + other.light_vertices,
             cache_overflows: self.cache_overflows + other.cache_overflows,
             non_finite_vertices: self.non_finite_vertices + other.non_finite_vertices,
+            records: self.records + other.records,
+            record_entries: self.record_entries + other.record_entries,
         }
     }
 }

@@ -1,0 +1,38 @@
+#import bind/accel
+#import bind/batch
+#import bind/queue
+#import lib/hit
+#import lib/math
+#import lib/record_light
+#import lib/traverse
+
+// The light that each vertex of the light cache brings to each record: an invocation and a ray for each pair.
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let vertices = light_path_offsets[batch.light_path_count];
+    let pair = invocation(id);
+    let index = batch.first_record + pair / vertices;
+    if index >= batch.records {
+        return;
+    }
+    let record = records[index];
+    let place = pair % vertices;
+    let light_vertex = light_vertices[light_order[place]];
+    let kind = kind_of(light_vertex);
+    let point = surface_point(record.triangle, record.b1, record.b2);
+    let link = link_to(point, light_vertex, kind);
+    var light = record_light(record, point, light_vertex, kind, link);
+    if is_drawable(light) {
+        let shadow = link_ray(point, link, kind);
+#if alpha
+        // What is half there or more hides.
+        alpha_word = 0x80000000u;
+#endif
+        let hit = trace(shadow.origin, shadow.direction, shadow.t_max);
+        light = select(0.0, light, hit.triangle == NO_TRIANGLE);
+    } else {
+        light = 0.0;
+    }
+    record_weights[index * vertices + place] = light;
+}

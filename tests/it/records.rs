@@ -1,0 +1,248 @@
+//! Connections by records (`pcbpt`): tables and the search for the nearest ones by themselves, then the estimator
+//! (C-05, C-08, N-19), and what records may lack.
+
+use bytemuck::cast_slice;
+use glam::{DVec3, Vec3};
+use halfway::device::layout::{Batch, Record};
+use halfway::device::shader::stitch_text;
+use halfway::device::{BufferTable, Feature, Kernel};
+use halfway::integrator::{Connections, Method, PcBpt, View};
+use halfway::math::kd_tree::KdTree;
+use halfway::math::rng::{RandomKey, uniform4};
+use halfway::render::{RenderOptions, Renderer};
+use halfway::scene::builtin::shapes;
+use halfway::scene::{Material, Scene};
+
+use crate::bidirectional::{assert_same_as_path, assert_strategies_alone_are_right, shown};
+use crate::gpu;
+use crate::judge::{grey, horizontal, lamp, scene};
+use crate::shots::{options, render};
+
+/// Few light paths and many records, so that tables are what pictures are made by.
+fn pcbpt(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
+    Method::PcBpt(PcBpt {
+        light_paths: Some(light_paths),
+        connections: Connections::even(2),
+        light_tracing,
+        record_share,
+    })
+}
+
+/// Runs a text as a kernel in so many workgroups, and reads a buffer of words.
+fn run(
+    text: &str,
+    features: &[Feature],
+    batch: Batch,
+    inputs: &[(&str, &[u8])],
+    (output, words): (&str, usize),
+    workgroups: u32,
+) -> Vec<u32> {
+    let context = gpu::context();
+    let stitched = stitch_text("test kernel", text, features.iter().copied().collect()).expect("directives");
+    let kernel = Kernel::from_stitched(context, "test kernel", &stitched, &[]).expect("a valid kernel");
+    let mut buffers = BufferTable::default();
+    buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
+    inputs.iter().for_each(|(name, bytes)| buffers.upload(context, name, bytes).expect("upload"));
+    buffers.create(context, output, words as u64 * 4).expect("create");
+    let bound = kernel.bind(context, &buffers).expect("all buffers named");
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), workgroups * kernel.workgroup());
+    context.queue.submit([encoder.finish()]);
+    buffers.read_elements(context, output, words as u32).expect("read")
+}
+
+fn points(count: u32, sample: u32) -> Vec<[f32; 3]> {
+    let point = |pixel| uniform4(RandomKey { pixel, sample, seed: 3 }, 0).truncate().to_array();
+    (0..count).map(point).collect()
+}
+
+const NEAREST: &str = "
+#import lib/nearest_records
+
+@group(0) @binding(0) var<storage, read> queries: array<vec4f>;
+@group(0) @binding(1) var<storage, read_write> found: array<vec4u>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < arrayLength(&queries) {
+        found[id.x] = vec4u(nearest_records(queries[id.x].xyz), 0u);
+    }
+}
+";
+
+/// Any number of records, none and one among them.
+#[test]
+fn c15_the_nearest_records_are_those_of_the_host() {
+    let queries: Vec<[f32; 4]> = points(256, 1).into_iter().map(|[x, y, z]| [x, y, z, 0.0]).collect();
+    for count in [0, 1, 2, 3, 7, 200] {
+        let (tree, _) = KdTree::build(&points(count, 0));
+        let record = |&position: &[f32; 3]| Record { position, ..Record::default() };
+        let mut records: Vec<Record> = tree.points().iter().map(record).collect();
+        // What is behind them is left alone.
+        records.push(Record { position: queries[0][..3].try_into().expect("three"), ..Record::default() });
+        let inputs = [("queries", cast_slice(&queries)), ("records", cast_slice(&records))];
+        let batch = Batch { records: count, ..Batch::default() };
+        let found = run(NEAREST, &[], batch, &inputs, ("found", 4 * queries.len()), 4);
+        for (query, found) in queries.iter().zip(found.as_chunks::<4>().0) {
+            let mut expected = [u32::MAX; 3];
+            let nearest = tree.nearest([query[0], query[1], query[2]]);
+            expected.iter_mut().zip(&nearest).for_each(|(slot, &(place, _))| *slot = place);
+            assert_eq!(found[..3], expected, "{count} records");
+        }
+    }
+}
+
+/// Tables have the weights' shares, whatever their range, and nothing of records that no light reaches or too much.
+#[test]
+fn n14_tables_of_records_are_exact() {
+    const RECORDS: u32 = 7;
+    for (vertices, lanes) in [(1u32, &[][..]), (300, &[]), (300, &[Feature::OneLane]), (1000, &[])] {
+        let weight = |index: u32| {
+            let u = uniform4(RandomKey { pixel: index, sample: vertices, seed: 4 }, 0);
+            match index / vertices {
+                0 => 0.0,
+                1 => u.x,
+                // Many decades, and zeros.
+                2 if u.y < 0.3 => 0.0,
+                2 => 10f32.powf(-20.0 * u.x),
+                3 => 1e-30 * u.x,
+                4 => 1e30 * u.x,
+                5 => {
+                    if index % vertices == vertices / 2 {
+                        5.0
+                    } else {
+                        0.0
+                    }
+                }
+                _ => 3e38,
+            }
+        };
+        let weights: Vec<f32> = (0..RECORDS * vertices).map(weight).collect();
+        let offsets = [0, vertices];
+        let inputs = [("light_path_offsets", cast_slice(&offsets)), ("record_weights", cast_slice(&weights))];
+        let batch = Batch { records: RECORDS, light_path_count: 1, ..Batch::default() };
+        // Another workgroup than there are records.
+        let size = weights.len();
+        let kernel = include_str!("../../shaders/record_tables.wgsl");
+        let ends = run(kernel, lanes, batch, &inputs, ("record_ends", size), RECORDS + 1);
+        let rows = weights.chunks(vertices as usize).zip(ends.chunks(vertices as usize));
+        for (record, (weights, ends)) in rows.enumerate() {
+            assert!(ends.is_sorted(), "record {record} of {vertices}");
+            let all = f64::from(ends[ends.len() - 1]);
+            let total: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
+            if total == 0.0 || total > f64::from(f32::MAX) {
+                assert_eq!(all, 0.0, "record {record} of {vertices}");
+                continue;
+            }
+            assert!((0.99..=1.001).contains(&(all / 2f64.powi(31))), "record {record} of {vertices}: {all}");
+            let mut before = 0;
+            for (&weight, &end) in weights.iter().zip(ends) {
+                let [found, expected] = [f64::from(end - before) / all, f64::from(weight) / total];
+                assert!(
+                    (found - expected).abs() <= 1e-5 * expected + 2f64.powi(-30),
+                    "{found} is not {expected}"
+                );
+                before = end;
+            }
+        }
+    }
+}
+
+/// Every strategy alone, where connections go by tables (C-05).
+#[test]
+fn c05_every_strategy_by_records_alone_is_right() {
+    assert_strategies_alone_are_right(pcbpt(600, 0.001, true), 3, 12);
+}
+
+/// Lambert's law alone and everything else; area lights, punctual ones and a sky; mirrors, glass, bent normals (C-08).
+#[test]
+fn c08_pcbpt_agrees_with_path() {
+    for name in ["cornell", "bumpy-plane"] {
+        assert_same_as_path(&shown(name), pcbpt(50, 0.004, false), 4);
+    }
+    for name in ["three-lights", "spheres", "door"] {
+        assert_same_as_path(&shown(name), pcbpt(50, 0.004, true), 4);
+    }
+}
+
+/// A light path alone, records in every pixel, or one in all (C-08).
+#[test]
+fn c08_pcbpt_agrees_with_path_at_the_ends_of_its_settings() {
+    for (light_paths, share) in [(1, 0.05), (20, 1.0), (20, 1e-6)] {
+        assert_same_as_path(&shown("cornell"), pcbpt(light_paths, share, false), 8);
+    }
+}
+
+/// Records that see no light, where others do: the camera sees a room through whose door no light comes but by a wall; and
+/// records that there are none of, since all is mirrors (C-08).
+#[test]
+fn c08_pcbpt_agrees_with_path_where_records_see_nothing() {
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..grey(0.9) };
+    let above = |mut scene: Scene, name: &str| {
+        scene.name = name.into();
+        scene.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 0.9, 1.4), DVec3::ZERO, 50.0));
+        scene
+    };
+    let mirrors = above(
+        scene([(mirror, horizontal(2.0, 0.0, true)), (lamp(1.0), horizontal(2.0, 2.0, false))]),
+        "mirrors",
+    );
+    assert_same_as_path(&mirrors, pcbpt(20, 0.05, false), 4);
+    // A lamp that shines up, on a ceiling; what it lights is seen by the ceiling alone.
+    let shaded = above(
+        scene([
+            (grey(0.6), horizontal(2.0, 0.0, true)),
+            (lamp(3.0), horizontal(0.7, 0.6, true)),
+            (grey(0.7), horizontal(2.0, 1.2, false)),
+        ]),
+        "lamp that shines up",
+    );
+    assert_same_as_path(&shaded, pcbpt(20, 1e-6, false), 8);
+}
+
+/// The same seed makes the same picture, in parts too, and other records do not (N-19).
+#[test]
+fn n19_pictures_by_records_repeat() {
+    let scene = shown("spheres");
+    let of = |view: View, share: f64| {
+        let base = options([40, 30], 4);
+        render(&scene, RenderOptions { view, method: pcbpt(60, share, true), ..base }).picture.rgb
+    };
+    let view = options([40, 30], 4).view;
+    let whole = of(view, 0.01);
+    assert_eq!(of(view, 0.01), whole);
+    assert_ne!(of(view, 0.04), whole);
+    let region = halfway::film::Region::new(7, 11, 13, 9);
+    let crop = of(View { crop: Some(region), ..view }, 0.01);
+    for (index, rgb) in crop.iter().enumerate() {
+        let (column, row) = (7 + index % 13, 11 + index / 13);
+        assert_eq!(*rgb, whole[row * 40 + column], "{column}, {row}");
+    }
+}
+
+/// Without lights there is nothing to connect to, and no records.
+#[test]
+fn pcbpt_of_the_dark_is_dark() {
+    let mut dark = scene([(grey(0.5), horizontal(2.0, 0.0, true))]);
+    dark.cameras.push(shapes::looking_at("above", DVec3::Y, DVec3::ZERO, 50.0));
+    let shot = render(&dark, RenderOptions { method: pcbpt(20, 0.05, true), ..options([8, 8], 2) });
+    assert!(shot.picture.rgb.iter().all(|rgb| Vec3::from(*rgb) == Vec3::ZERO));
+    assert_eq!(shot.report.rays.records, 0);
+}
+
+/// What would not fit is refused before the first sample, with what to change; what does fit says its size.
+#[test]
+fn tables_of_records_are_told_and_refused() {
+    let make = |light_paths, share| {
+        let options = RenderOptions { method: pcbpt(light_paths, share, false), ..options([128, 128], 2) };
+        Renderer::new(gpu::context(), &shown("cornell"), options)
+    };
+    let Err(error) = make(400_000, 1.0) else { panic!("there is room for everything") };
+    for phrase in ["records", "--record-share", "--light-paths"] {
+        assert!(error.to_string().contains(phrase), "{error}");
+    }
+    let renderer = make(200, 0.004).expect("a renderer");
+    let choices = renderer.report().expect("a report").choices;
+    let choice = choices.iter().find(|choice| choice.what == "records").expect("a line on records");
+    assert!(choice.reason.contains("shadow rays a sample"), "{choice:?}");
+}
