@@ -5,6 +5,9 @@
 #if subspaces
 #import bind/subspace_mis
 #endif
+#if resampling
+#import bind/eye_links
+#endif
 #import lib/camera
 #endif
 
@@ -35,6 +38,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         SubPath(origin, 0.0, vec3f(0.0), SUBPATH_CAMERA | select(0u, SUBPATH_INFINITE, parallel));
 #if subspaces
     eye_mis_in[path] = EyeMis(vec3f(0.0), 0u);
+#endif
+#if resampling
+    eye_ends_in[path] = NO_LINK;
 #endif
 #else
     paths_in[path] = PathRay(origin, path, normalize(direction), 0.0, vec3f(1.0), 0u);

@@ -65,5 +65,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if slot == PATH_ENDS {
         return;
     }
-    store_eye_mis(slot, eye_mis_of_bounce(point, vertex, partials, bounce.direction, f, is_delta));
+    let pdf_back = bounce.pdf_back_solid * vertex.to_previous;
+    store_eye_mis(slot, eye_mis_of_bounce(point, vertex, partials, bounce.direction, f, pdf_back, is_delta));
 }

@@ -37,7 +37,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     let mis = load_light_mis(index);
     let label = light_subspace(point, vertex.world_from);
-    vertex.edge = edge_so_far(point, vertex, mis);
+    vertex.edge = edge_so_far(point, vertex, mis, throughput);
 #if light_cache
     if depth + 2u <= batch.max_depth && is_kept(is_delta) {
         let weight = select(throughput, vec3f(0.0), is_delta);

@@ -33,6 +33,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     // Nothing arrives, or more than there are numbers: then the record draws nothing.
     let units = select(0.0, TABLE_UNITS, is_drawable(arriving));
     let total = select(1.0, arriving, is_drawable(arriving));
+#if resampling
+    if thread == 0u {
+        record_sums[record] = select(0.0, arriving, is_drawable(arriving));
+    }
+#endif
     var sum = 0u;
     for (var i = first; i < end; i++) {
         sum += u32(record_weights[i] / total * units);

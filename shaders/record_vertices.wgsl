@@ -32,6 +32,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if slot < arrayLength(&found_records) {
         let path = batch.first_pixel + ray.path;
         found_records[slot] =
-            Record(point.position, hit.triangle, hit.b1, hit.b2, path, depth | sides, 0.0, 0u, 0u, 0u);
+            Record(point.position, hit.triangle, hit.b1, hit.b2, path, depth | sides, 0.0, 0.0, 0u, 0u);
     }
 }

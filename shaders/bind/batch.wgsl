@@ -44,7 +44,8 @@ struct Batch {
     /// How many records there are, and the first one that is under way.
     records: u32,
     first_record: u32,
-    pad0: u32,
+    /// Mean number of vertices on a light path, where weights know of records.
+    vertices_per_path: f32,
 }
 
 /// Samples of a pixel that belong together, counted from the first.

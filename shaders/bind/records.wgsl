@@ -13,9 +13,10 @@ struct Record {
     depth_sides: u32,
     /// Largest geometry term that counts: nearer light vertices would be this record's alone.
     most_geometry: f32,
+    /// 1 / Q, where weights know of it: Q is about the mean light that a light path brings to the record. 0: not known.
+    inv_q: f32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 const RECORD_FRONT: u32 = 0x10000u;
@@ -32,3 +33,7 @@ const NO_RECORD: u32 = 0xffffffffu;
 @group(3) @binding(24) var<storage, read_write> record_weights: array<f32>;
 /// The same as running sums of whole units, this vertex included: the last is 0 of a record that no light reaches.
 @group(3) @binding(25) var<storage, read_write> record_ends: array<u32>;
+#if resampling
+/// For each record the light that all vertices bring to it.
+@group(3) @binding(26) var<storage, read_write> record_sums: array<f32>;
+#endif

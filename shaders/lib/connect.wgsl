@@ -41,6 +41,7 @@ fn connect(
         pdf_eye = emission.y * link.to_eye;
     }
     var eye_step = 0.0;
+    var eye_pdf_back = 0.0;
     var f_eye: vec3f;
     let lit = any(light_vertex.weight * f_light > vec3f(0.0));
     // First the eye's end, then the light's: one call site for the whole BSDF.
@@ -61,6 +62,7 @@ fn connect(
             f_eye = value.f;
             connection.pdf_light = value.pdf_solid * survives * link.to_light;
             eye_step = vertex_step(eye_vertex, value.pdf_back_solid * survives, false);
+            eye_pdf_back = value.pdf_back_solid * survives * eye_vertex.to_previous;
             if !any((light_vertex.weight > vec3f(0.0)) & (f_eye > vec3f(0.0))) {
                 // Nothing to do at the light's end.
                 break;
@@ -86,7 +88,7 @@ fn connect(
     connection.geometry = geometry;
     let weight = weigh_connection(
         eye_point, eye_vertex, partials, light_vertex, link.direction, f_eye, light * geometry,
-        eye_step, pdf_eye, light_step, connection.pdf_light,
+        eye_step, eye_pdf_back, pdf_eye, light_step, connection.pdf_light,
     );
     connection.weight = weight.weight;
     connection.density = weight.density;

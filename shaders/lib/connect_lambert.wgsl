@@ -51,7 +51,8 @@ fn connect(
     let surface = point_surface(eye_point);
     let f = lambert_f(surface, w_to);
     let pdf_scale = lambert_pdf_scale(surface);
-    let eye_step = vertex_step(eye_vertex, pdf_scale * abs(w_from.cos_shading), false);
+    let pdf_back_solid = pdf_scale * abs(w_from.cos_shading);
+    let eye_step = vertex_step(eye_vertex, pdf_back_solid, false);
     let pdf_light = pdf_scale * abs(w_to.cos_shading) * link.to_light;
     let pdf_eye = leaves.y * link.to_eye;
     let arriving_light = light_vertex.weight * (leaves.x * abs(w_to.cos_geometric) * link.to_light);
@@ -60,7 +61,7 @@ fn connect(
         light_vertex.step + light_vertex.edge_step * (scale_from_deep(eye_depth(partials) + 1u) - 1.0);
     connection.weight = weigh_connection(
         eye_point, eye_vertex, partials, light_vertex, link.direction, f, arriving_light,
-        eye_step, pdf_eye, light_step, pdf_light,
+        eye_step, pdf_back_solid * eye_vertex.to_previous, pdf_eye, light_step, pdf_light,
     ).weight;
     return connection;
 }

@@ -77,16 +77,19 @@ fn light_path_vertex(point: SurfacePoint, ray: PathRay, previous: SubPath) -> Pa
 }
 
 /// c of lib/mis between the vertex that `flags` describes and the one after it, if that is no delta vertex. (Of
-/// connections by subspaces lib/weights_subspaces knows more.)
+/// connections by subspaces and of resampling their weights know more.)
 fn edge_density(flags: u32, scale: f32) -> f32 {
     if (flags & SUBPATH_DELTA) != 0u {
         return 0.0;
     }
+    var known = scale;
 #if subspaces
-    return select(0.0, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
-#else
-    return select(scale, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
+    known = 0.0;
 #endif
+#if resampling
+    known = 0.0;
+#endif
+    return select(known, batch.camera_paths, (flags & SUBPATH_CAMERA) != 0u);
 }
 
 /// `mis_step` at a vertex for a density towards the vertex before, per solid angle, roulette included.

@@ -26,7 +26,8 @@ fn absorb(partials: EyePartials, through: vec3f) -> EyePartials {
 }
 
 fn eye_mis_of_bounce(
-    point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
+    point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, pdf_back: f32,
+    is_delta: bool,
 ) -> EyeMis {
     return 0u;
 }
@@ -41,11 +42,13 @@ fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
     return 0u;
 }
 
-fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis) -> f32 {
+fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis, throughput: vec3f) -> f32 {
     return vertex.edge;
 }
 
-fn edge_towards(point: SurfacePoint, vertex: PathVertex, mis: LightMis, world_to: vec3f) -> f32 {
+fn edge_towards(
+    point: SurfacePoint, vertex: PathVertex, mis: LightMis, world_to: vec3f, throughput: vec3f,
+) -> f32 {
     return vertex.edge;
 }
 
@@ -78,7 +81,7 @@ fn eye_depth(partials: EyePartials) -> u32 {
 /// Each side: its `mis_step`, and the density of its vertex as sampled from the other end.
 fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
-    f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
+    f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_back: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
     let edge = density_scale(partials) * thinning_at(eye_point.material);
     let density = edge + eye_step * pdf_eye + light_step * pdf_light;

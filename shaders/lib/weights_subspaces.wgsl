@@ -66,7 +66,8 @@ fn eye_light_label(point: SurfacePoint, world_to: vec3f, known: u32) -> u32 {
 
 /// Of the ray that leaves an eye vertex along `direction`, for which the BSDF is `f`.
 fn eye_mis_of_bounce(
-    point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, is_delta: bool,
+    point: SurfacePoint, vertex: PathVertex, partials: EyePartials, direction: vec3f, f: vec3f, pdf_back: f32,
+    is_delta: bool,
 ) -> EyeMis {
     let label = eye_light_label(point, direction, partials.labels.y);
     let before = select(eye_edge(vertex.flags, partials, label), 0.0, is_delta);
@@ -100,7 +101,7 @@ fn light_edge(point: SurfacePoint, world_to: vec3f, w_over_q: f32, column: u32) 
 }
 
 /// The same for the vertex that a light path has just reached, as far as it is known before the direction on is.
-fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis) -> f32 {
+fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis, throughput: vec3f) -> f32 {
 #if subspace_directions
     return 0.0;
 #else
@@ -109,7 +110,9 @@ fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis) -> f32 {
 }
 
 /// The same, whole, for a vertex that is connected towards `world_to`.
-fn edge_towards(point: SurfacePoint, vertex: PathVertex, mis: LightMis, world_to: vec3f) -> f32 {
+fn edge_towards(
+    point: SurfacePoint, vertex: PathVertex, mis: LightMis, world_to: vec3f, throughput: vec3f,
+) -> f32 {
     return light_edge(point, world_to, mis.w_over_q, mis.label);
 }
 
@@ -164,11 +167,11 @@ fn store_light_mis(slot: u32, mis: LightMis) {
 /// as sampled from the other end.
 fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
-    f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
+    f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_back: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
     let scale = density_scale(partials.depth) * thinning_at(eye_point.material);
     let edge = scale * gamma_over_q(partials.labels.x, label_of(light_vertex)) * arriving(light_vertex);
-    let beyond = eye_mis_of_bounce(eye_point, eye_vertex, partials, direction, f_eye, false);
+    let beyond = eye_mis_of_bounce(eye_point, eye_vertex, partials, direction, f_eye, pdf_back, false);
     let nearer = magnitude(arriving_light * beyond.a);
     let density = edge + nearer + eye_step * pdf_eye + light_step * pdf_light;
     return ConnectionWeight(edge / density, density);

@@ -74,7 +74,7 @@ device_struct! {
         pub splat_scale: f32,
         pub records: u32,
         pub first_record: u32,
-        pub pad0: u32,
+        pub vertices_per_path: f32,
     }
 }
 
@@ -297,9 +297,23 @@ device_struct! {
         pub path: u32,
         pub depth_sides: u32,
         pub most_geometry: f32,
+        pub inv_q: f32,
         pub pad0: u32,
         pub pad1: u32,
-        pub pad2: u32,
+    }
+}
+
+device_struct! {
+    /// A vertex of an eye path in its path's list.
+    pub struct EyeLink {
+        pub step: [f32; 3],
+        pub before: u32,
+        pub inv_q: [f32; 3],
+        pub pdf_before: f32,
+        pub pdf_area: f32,
+        pub scale: f32,
+        pub pad0: u32,
+        pub pad1: u32,
     }
 }
 

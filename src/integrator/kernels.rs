@@ -20,6 +20,9 @@ pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
         forms.push(base.with(&[Feature::Subspaces]));
         forms.push(base.with(&[Feature::SubspaceDirections]));
     }
+    if plan.weights == Weights::Resampling && scene.contains(Feature::Lights) {
+        forms.push(base.with(&[Feature::Resampling]));
+    }
     if plan.thins() && !scene.contains(Feature::LambertOnly) && !scene.contains(Feature::PunctualLights) {
         let thinned: Vec<Features> = forms.iter().map(|form| form.with(&[Feature::Thinning])).collect();
         forms.extend(thinned);

@@ -25,6 +25,8 @@ pub enum Method {
     Light(LightTracing),
     /// Probabilistic connections for bidirectional path tracing (Popov et al. 2015).
     PcBpt(PcBpt),
+    /// Connections as those of [`Self::PcBpt`], with weights that know of the resampling (Nabata et al. 2020).
+    RisBpt(PcBpt),
 }
 
 /// What users are told of a method, and how their settings make it.
@@ -83,7 +85,7 @@ impl Given {
 }
 
 /// Every method, in the order in which users see them.
-pub static METHODS: [&Descriptor; 6] = [&PATH, &BDPT, &LVCBPT, &SPCBPT, &LIGHT, &PCBPT];
+pub static METHODS: [&Descriptor; 7] = [&PATH, &BDPT, &LVCBPT, &SPCBPT, &LIGHT, &PCBPT, &RISBPT];
 
 pub static PATH: Descriptor = Descriptor {
     name: "path",
@@ -150,13 +152,27 @@ pub static PCBPT: Descriptor = Descriptor {
     how: "as `lvcbpt` with few light paths, of which a few eye vertices of each sample tell the others which reach them",
     suits: "comparison with `spcbpt`, which needs no such records",
     takes: &[Setting::LightPaths, Setting::Connections, Setting::LightTracing, Setting::Records],
-    make: |given| {
-        let Given { light_paths, light_tracing, .. } = *given;
-        let connections = given.connections_or(PcBpt::CONNECTIONS);
-        let record_share = given.record_share.unwrap_or(PcBpt::RECORD_SHARE);
-        Method::PcBpt(PcBpt { light_paths, connections, light_tracing, record_share })
-    },
+    make: |given| Method::PcBpt(by_records(given)),
 };
+
+pub static RISBPT: Descriptor = Descriptor {
+    name: "risbpt",
+    help: "As pcbpt, with weights that know how well records choose (RISBPT)",
+    key: '7',
+    how: "as `pcbpt`, with weights that know how well records choose",
+    suits: "comparison with `spcbpt`: the best of its rivals in its paper",
+    takes: PCBPT.takes,
+    make: |given| Method::RisBpt(by_records(given)),
+};
+
+fn by_records(given: &Given) -> PcBpt {
+    PcBpt {
+        light_paths: given.light_paths,
+        connections: given.connections_or(PcBpt::CONNECTIONS),
+        light_tracing: given.light_tracing,
+        record_share: given.record_share.unwrap_or(PcBpt::RECORD_SHARE),
+    }
+}
 
 impl Descriptor {
     /// The method of that name.

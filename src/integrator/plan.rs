@@ -4,7 +4,7 @@ use crate::device::Feature;
 use crate::subspace::Connections;
 
 use super::PcBpt;
-use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, PCBPT, SPCBPT};
+use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, PCBPT, RISBPT, SPCBPT};
 
 /// Where the light paths of an iteration come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,8 @@ pub enum Weights {
     Ratio,
     /// Gamma and Q: the density of a connection depends on the light path's weight.
     Subspaces,
+    /// The density of a connection is that of a draw from few light paths in proportion to the light that they bring.
+    Resampling,
 }
 
 /// See the module.
@@ -125,18 +127,20 @@ impl Method {
                 weights: Weights::Ratio,
                 to_camera: true,
             },
-            Self::PcBpt(method) => Plan {
-                descriptor: &PCBPT,
-                light_paths: LightPaths::Shared {
-                    wanted: Some(method.light_paths.unwrap_or(PcBpt::LIGHT_PATHS)),
-                    per_pixel: LIGHT_PATHS_PER_PIXEL,
-                },
-                connections: method.connections,
-                selector: Some(Selector::Records { share: method.record_share }),
-                weights: Weights::Ratio,
-                to_camera: method.light_tracing,
-            },
+            Self::PcBpt(method) => by_records(&PCBPT, method, Weights::Ratio),
+            Self::RisBpt(method) => by_records(&RISBPT, method, Weights::Resampling),
         }
+    }
+}
+
+fn by_records(descriptor: &'static Descriptor, method: PcBpt, weights: Weights) -> Plan {
+    Plan {
+        descriptor,
+        light_paths: shared(Some(method.light_paths.unwrap_or(PcBpt::LIGHT_PATHS))),
+        connections: method.connections,
+        selector: Some(Selector::Records { share: method.record_share }),
+        weights,
+        to_camera: method.light_tracing,
     }
 }
 
@@ -202,10 +206,10 @@ impl Plan {
             (Some(Selector::Uniform), Weights::Ratio) => 1.0 / light_vertices,
             // Each pair of vertices is connected once.
             (Some(Selector::OwnPath), Weights::Ratio) => 1.0 / self.connections.counts[0] as f32,
-            (_, Weights::Subspaces) => 1.0,
+            (_, Weights::Subspaces | Weights::Resampling) => 1.0,
             (_, Weights::Ratio) => 0.0,
         };
-        let [first, second, deep] = match self.record_share() {
+        let [first, second, deep] = match self.record_share().filter(|_| self.weights == Weights::Ratio) {
             // However many the connections are, they stand for one of each pair of an eye and a light path.
             Some(_) => self.connections.connection_shares(),
             None => self.connections.scales().map(|scale| scale * unit),

@@ -62,6 +62,8 @@ pub struct Bench<'a> {
     pub space: PathSpace<'a>,
     /// Of each material, as the device has it.
     thinning: Vec<f64>,
+    /// What kernels are told beside what all tests tell them.
+    pub batch: Batch,
 }
 
 impl<'a> Bench<'a> {
@@ -120,7 +122,14 @@ impl<'a> Bench<'a> {
         // Lambert's law has all of its connections.
         let all = thinning.iter().all(|&share| share == 1.0);
         assert!(all || !SceneFeatures::of(scene).lambert_only, "{thinning:?}");
-        Self { accel, device, lights, space, thinning }
+        Self {
+            accel,
+            device,
+            lights,
+            space,
+            thinning,
+            batch: Batch { light_path_count: 1, ..Batch::default() },
+        }
     }
 
     /// Share of its connections that x_i makes.
@@ -201,12 +210,11 @@ impl<'a> Bench<'a> {
             crop_width: RESOLUTION[0],
             crop_height: RESOLUTION[1],
             crop_stride: 1,
-            light_path_count: 1,
             hit_scale: HIT_SCALE,
             density_scales: [1, 2, 3].map(|i| density_scale(i, light_paths)),
             camera_paths: light_paths,
             subspaces: subspaces.unwrap_or(0),
-            ..Batch::default()
+            ..self.batch
         };
         buffers.upload_uniform(context, "batch", &[batch]).expect("upload");
         buffers.upload_uniform(context, "camera", &[camera]).expect("upload");

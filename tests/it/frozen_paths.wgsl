@@ -28,6 +28,8 @@ struct Step {
     next: SubPath,
     /// f |cos| / density.
     weight: vec3f,
+    /// Per solid angle, of the direction back.
+    pdf_back_solid: f32,
 }
 
 fn is_delta(point: SurfacePoint) -> bool {
@@ -55,10 +57,12 @@ fn step_along(point: SurfacePoint, vertex: PathVertex, direction: vec3f, from_ey
         let u = vec3f(0.5, 0.5, select(0.99999994, 0.0, reflects));
         let sample = shading_sample_direction(surface, frame, vertex.world_from, u, from_eye);
         let event = sample.pdf_solid * survives;
+        let back = event * delta_measure(surface, frame, vertex.world_from);
         return Step(
             event * delta_measure(surface, frame, direction),
-            next_sub_path(point, vertex, true, event * delta_measure(surface, frame, vertex.world_from)),
+            next_sub_path(point, vertex, true, back),
             sample.weight / survives,
+            back,
         );
     }
     let value = shading_evaluate(surface, frame, vertex.world_from, direction, from_eye);
@@ -66,6 +70,7 @@ fn step_along(point: SurfacePoint, vertex: PathVertex, direction: vec3f, from_ey
         value.pdf_solid * survives,
         next_sub_path(point, vertex, false, value.pdf_back_solid * survives),
         value.f * (abs(dot(direction, point.world_ng)) / value.pdf_solid / survives),
+        value.pdf_back_solid * survives,
     );
 }
 
@@ -94,7 +99,11 @@ fn at_depth(partials: EyePartials, depth: u32) -> EyePartials {
 #if subspaces
     return EyePartials(partials.mis, partials.labels, depth);
 #else
+#if resampling
+    return EyePartials(partials.link, depth, vec3f(1.0), partials.inv_q);
+#else
     return depth;
+#endif
 #endif
 }
 
@@ -182,7 +191,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if i > 1u {
             to_camera = -direction_from(path, i - 1u);
         }
-        vertex.edge = edge_towards(point, vertex, mis, to_camera);
+        vertex.edge = edge_towards(point, vertex, mis, to_camera, throughput);
         label = light_subspace(point, vertex.world_from);
         let surface = point_surface(point);
         let cached = surface_vertex(point, surface, vertex, throughput, n - i, vec2u(0u, label << 16u));
@@ -212,6 +221,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     pdf_solid = camera_pdf(direction);
     previous = SubPath(camera.origin, 0.0, vec3f(0.0), SUBPATH_CAMERA);
     var partials: EyePartials;
+#if resampling
+    partials.link = NO_LINK;
+#endif
     var medium_before = 0u;
     for (var i = 1u; i < n; i++) {
         let point = point_at(path, i);
@@ -226,6 +238,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         partials.labels =
             vec2u(vertex_label(TREE_EYE, point, world_from), vertex_label(TREE_LIGHT, point, world_from));
 #endif
+#if resampling
+        partials.inv_q = inv_q_of(nearest_records(point.position));
+#endif
         if !is_delta(point) {
             var connects = true;
             if i + 1u < n {
@@ -239,7 +254,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let step = step_along(point, vertex, direction, true);
 #if subspaces
         let f = step.weight * (step.pdf_solid / abs(dot(direction, point.world_ng)));
-        partials.mis = eye_mis_of_bounce(point, vertex, partials, direction, f, is_delta(point));
+        partials.mis = eye_mis_of_bounce(point, vertex, partials, direction, f, 0.0, is_delta(point));
+#endif
+#if resampling
+        let f = step.weight * (step.pdf_solid / abs(dot(direction, point.world_ng)));
+        let back = step.pdf_back_solid * vertex.to_previous;
+        partials.link = eye_mis_of_bounce(point, vertex, partials, direction, f, back, is_delta(point));
 #endif
         pdf_solid = step.pdf_solid;
         previous = step.next;

@@ -101,6 +101,13 @@ impl Seen<'_> {
     }
 }
 
+/// Paths of which no edge grazes the surfaces that it joins: there the judge's own rounding is seen.
+pub fn open_paths(bench: &Bench, paths: &[FullPath], frozen: &[Frozen], found: &[Found]) -> Vec<bool> {
+    (0..paths.len())
+        .map(|at| Seen { bench, path: &paths[at], frozen: &frozen[at], found: &found[at] }.is_open())
+        .collect()
+}
+
 /// Trees that put each feature where the nearest of some others is, any Gamma, any Q.
 fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, random: &mut Stream) -> Model {
     let surfaces = SUBSPACES - SOURCE_SUBSPACES;
@@ -166,7 +173,7 @@ fn upload(bench: &mut Bench, model: &Model) {
     buffers.upload(context, "inv_q", &inv_q).expect("upload");
 }
 
-fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
+pub fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     list.retain(|_| *keep.next().expect("one for each"));
 }
@@ -187,10 +194,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
     };
     let subspaces = Some(SUBSPACES);
     let mut found = bench.kernel_finds(&frozen, 0.0, forms[0], subspaces);
-    // Edges along a face are the judge's own rounding.
-    let keep: Vec<bool> = (0..paths.len())
-        .map(|at| Seen { bench: &bench, path: &paths[at], frozen: &frozen[at], found: &found[at] }.is_open())
-        .collect();
+    let keep = open_paths(&bench, &paths, &frozen, &found);
     retain(&mut paths, &keep);
     retain(&mut frozen, &keep);
     retain(&mut found, &keep);

@@ -34,6 +34,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     LightVertex,
     LambertVertex,
     Record,
+    EyeLink,
     TrainingVertex,
     TrainingEnd,
     LightFeature,
@@ -95,6 +96,7 @@ fn full_modules() -> Vec<(&'static str, Module)> {
     kernels()
         .map(|name| (name, stitch(name, if name == "splat_page" { pages } else { features })))
         .chain([("light_shade", stitch("light_shade", lambert))])
+        .chain([("eye_shade", stitch("eye_shade", lambert.with(&[Feature::Resampling])))])
         .chain([("light_rays", stitch("light_rays", features.with(&[Feature::LightGuide])))])
         .map(|(name, stitched)| (name, stitched.expect("directives").validate().expect("a valid kernel").0))
         .collect()

@@ -35,6 +35,7 @@ mod film;
 mod film_sums;
 mod float_probe;
 mod frozen_paths;
+mod frozen_paths_records;
 mod frozen_paths_subspaces;
 mod fuzz;
 mod gltf_file;

@@ -19,13 +19,17 @@ use crate::judge::{grey, horizontal, lamp, scene};
 use crate::shots::{options, render};
 
 /// Few light paths and many records, so that tables are what pictures are made by.
+fn settings(light_paths: u32, record_share: f64, light_tracing: bool) -> PcBpt {
+    let connections = Connections::even(2);
+    PcBpt { light_paths: Some(light_paths), connections, light_tracing, record_share }
+}
+
 fn pcbpt(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
-    Method::PcBpt(PcBpt {
-        light_paths: Some(light_paths),
-        connections: Connections::even(2),
-        light_tracing,
-        record_share,
-    })
+    Method::PcBpt(settings(light_paths, record_share, light_tracing))
+}
+
+fn risbpt(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
+    Method::RisBpt(settings(light_paths, record_share, light_tracing))
 }
 
 /// Runs a text as a kernel in so many workgroups, and reads a buffer of words.
@@ -151,7 +155,7 @@ fn n14_tables_of_records_are_exact() {
 /// Every strategy alone, where connections go by tables (C-05).
 #[test]
 fn c05_every_strategy_by_records_alone_is_right() {
-    assert_strategies_alone_are_right(pcbpt(600, 0.001, true), 3, 12);
+    assert_strategies_alone_are_right(pcbpt(1000, 0.001, true), 3, 12);
 }
 
 /// Lambert's law alone and everything else; area lights, punctual ones and a sky; mirrors, glass, bent normals (C-08).
@@ -200,13 +204,28 @@ fn c08_pcbpt_agrees_with_path_where_records_see_nothing() {
     assert_same_as_path(&shaded, pcbpt(20, 1e-6, false), 8);
 }
 
+/// Whatever records tell weights: few light paths, one record, records of every pixel (C-08, C-09).
+#[test]
+fn c08_risbpt_agrees_with_path() {
+    assert_same_as_path(&shown("cornell"), risbpt(50, 0.004, false), 4);
+    assert_same_as_path(&shown("cornell"), risbpt(1, 1e-6, false), 8);
+    for name in ["three-lights", "spheres"] {
+        assert_same_as_path(&shown(name), risbpt(50, 0.004, true), 4);
+    }
+}
+
 /// The same seed makes the same picture, in parts too, and other records do not (N-19).
 #[test]
 fn n19_pictures_by_records_repeat() {
+    assert_repeats(pcbpt);
+    assert_repeats(risbpt);
+}
+
+fn assert_repeats(method: fn(u32, f64, bool) -> Method) {
     let scene = shown("spheres");
     let of = |view: View, share: f64| {
         let base = options([40, 30], 4);
-        render(&scene, RenderOptions { view, method: pcbpt(60, share, true), ..base }).picture.rgb
+        render(&scene, RenderOptions { view, method: method(60, share, true), ..base }).picture.rgb
     };
     let view = options([40, 30], 4).view;
     let whole = of(view, 0.01);

@@ -61,8 +61,8 @@ pub struct MethodArgs {
     integrator: Integrator,
     #[arg(long, value_name = "M",
           help = format!("Light paths for each sample of the whole picture; a few samples may share theirs ({}; default: a \
-                          quarter of the number of pixels, light as many as pixels, pcbpt {})", names_of(Setting::LightPaths),
-                         PcBpt::LIGHT_PATHS))]
+                          quarter of the number of pixels, light as many as pixels, {} {})", names_of(Setting::LightPaths),
+                         names_of(Setting::Records), PcBpt::LIGHT_PATHS))]
     light_paths: Option<u32>,
     #[command(flatten)]
     connections: ConnectionArgs,

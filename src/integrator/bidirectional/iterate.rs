@@ -1,10 +1,13 @@
 //! One iteration: light paths into the cache and to the camera, then eye paths against the cache.
 
-use super::{Bidirectional, RESERVE};
+use super::{Bidirectional, PILOT_SAMPLE, RESERVE};
 use crate::device::layout::{Batch, Counts};
 use crate::device::{Context, DeviceError};
 use crate::integrator::Selector;
 use crate::integrator::wavefront::{Bounces, Size, Stage, total};
+
+/// Iterations that tell weights of records: docs/measurements.md.
+const LEARNING_ITERATIONS: u32 = 4;
 
 /// What light paths are traced for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -185,6 +188,8 @@ impl Bidirectional {
             hit_scale,
             density_scales: [first, second, deep],
             camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
+            records: self.records.as_ref().map_or(0, |records| records.count),
+            vertices_per_path: self.vertices_per_path.max(1.0) as f32,
             ..batch
         }
     }
@@ -213,8 +218,8 @@ impl Bidirectional {
         light_paths: u32,
     ) -> Result<(), DeviceError> {
         let lit = self.stages.light_rays.is_some();
-        let mut batches: Vec<Batch> =
-            batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
+        self.prepare_records(context, &batches[0])?;
+        let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
         let own_paths = self.connects_own_path();
         let mut purpose = Light::CameraAndCache;
         let mut counts = Counts::default();
@@ -227,15 +232,7 @@ impl Bidirectional {
             }
             purpose = Light::Cache;
         }
-        if let Some(records) = &mut self.records {
-            let found = records.find(context, &mut self.wavefront, &batches[0])?;
-            let vertices = counts.light_vertices;
-            if records.fill(context, &mut self.wavefront, &batches[0], found, vertices)? {
-                self.bind(context)?;
-            }
-        }
-        let records = self.records.as_ref().map_or(0, |records| records.count);
-        batches.iter_mut().for_each(|batch| batch.records = records);
+        self.fill_tables(context, &batches[0], &counts)?;
         let mut waiting: Vec<(Batch, Light)> = batches.iter().rev().map(|&batch| (batch, purpose)).collect();
         while let Some((batch, purpose)) = waiting.pop() {
             if lit && own_paths {
@@ -247,9 +244,72 @@ impl Bidirectional {
                     continue;
                 }
             }
-            self.trace_eye(context, &batch, &counts)?;
-            self.wavefront.accumulate(context, &batch)?;
+            self.add_eye_paths(context, &batch, &counts)?;
         }
+        Ok(())
+    }
+
+    /// Traces eye paths, and adds what they find to the film.
+    fn add_eye_paths(
+        &mut self,
+        context: &Context,
+        batch: &Batch,
+        counts: &Counts,
+    ) -> Result<(), DeviceError> {
+        self.trace_eye(context, batch, counts)?;
+        if self.wavefront.eye_links_fit(context)? {
+            return self.wavefront.accumulate(context, batch);
+        }
+        // Half as many paths have twice the room each; one path has all that it can need.
+        halves(batch).iter().try_for_each(|half| self.add_eye_paths(context, half, counts))
+    }
+
+    /// The records of a sample, where there are any.
+    fn prepare_records(&mut self, context: &Context, template: &Batch) -> Result<(), DeviceError> {
+        if let Some(records) = &mut self.records {
+            records.prepare(context, &mut self.wavefront, template)?;
+            if records.take_grown() {
+                self.bind(context)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Their tables for the cache as it is.
+    fn fill_tables(&mut self, context: &Context, batch: &Batch, counts: &Counts) -> Result<(), DeviceError> {
+        if let Some(records) = &mut self.records {
+            records.fill(context, &mut self.wavefront, batch, counts.light_vertices)?;
+            if records.take_grown() {
+                self.bind(context)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Weights may know no more of records than iterations that are in no picture tell: what a sample's own light paths say
+    /// would bias it, and what those of other samples say, the samples would depend on where a render begins.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub(super) fn learn_from_records(&mut self, context: &Context) -> Result<(), DeviceError> {
+        if !self.wants_to_learn || self.records.is_none() {
+            return Ok(());
+        }
+        if let Some(records) = &mut self.records {
+            records.forget();
+        }
+        for iteration in 0..LEARNING_ITERATIONS {
+            let template = self.wavefront.batches(PILOT_SAMPLE - 1 - iteration, 1)[0];
+            self.prepare_records(context, &template)?;
+            let batch = self.complete(template, self.light_paths);
+            let counts =
+                self.trace_light(context, &self.shared_batches(&batch, self.light_paths), Light::Cache)?;
+            self.fill_tables(context, &batch, &counts)?;
+            if let Some(records) = &mut self.records {
+                records.learn(context, &self.wavefront, iteration, self.light_paths)?;
+            }
+        }
+        self.wants_to_learn = false;
         Ok(())
     }
 }

@@ -19,7 +19,7 @@ use crate::film::Region;
 use crate::subspace::Model;
 
 use super::wavefront::{Form, Wavefront};
-use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Settings};
+use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Settings, Weights};
 use kernels::{Kernels, Stages};
 use records::Records;
 use subspaces::Subspaces;
@@ -56,6 +56,8 @@ pub(crate) struct Bidirectional {
     records: Option<Records>,
     /// How many of them the pilot found.
     pilot_records: u32,
+    /// Weights have to learn of records before the next sample.
+    wants_to_learn: bool,
     /// Vertices that the cache holds, and light paths.
     capacity: u32,
     cached_paths: u32,
@@ -96,6 +98,7 @@ impl Bidirectional {
             splats: plan.to_camera,
             subspaces: model.is_some(),
             subspace_directions,
+            resampling: plan.weights == Weights::Resampling && scene.features.lights(),
             thinning: plan.thins() && scene.thins,
             learns,
             // Learning needs vertices whole, and labels by direction wait for the direction of a connection.
@@ -110,7 +113,9 @@ impl Bidirectional {
             None => None,
         };
         let records = match plan.record_share().filter(|_| lights) {
-            Some(share) => Some(Records::new(context, &mut wavefront, share)?),
+            Some(share) => {
+                Some(Records::new(context, &mut wavefront, share, plan.weights == Weights::Resampling)?)
+            }
             None => None,
         };
         if learns {
@@ -133,6 +138,7 @@ impl Bidirectional {
             subspaces,
             records,
             pilot_records: 0,
+            wants_to_learn: plan.weights == Weights::Resampling,
             capacity: 0,
             cached_paths: 0,
             stages: Stages::default(),
@@ -240,9 +246,10 @@ impl Bidirectional {
     fn make_room_for_tables(&mut self, context: &Context) -> Result<(), DeviceError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let template = self.wavefront.batches(PILOT_SAMPLE, 1)[0];
-        self.pilot_records = records.find(context, &mut self.wavefront, &template)?.len() as u32;
+        records.prepare(context, &mut self.wavefront, &template)?;
+        self.pilot_records = records.count;
         let vertices = (f64::from(self.light_paths) * self.vertices_per_path).ceil() as u32;
-        records.make_room_for_tables(context, &mut self.wavefront, self.pilot_records, vertices)?;
+        records.make_room_for_tables(context, &mut self.wavefront, vertices)?;
         self.bind(context)
     }
 
@@ -257,6 +264,7 @@ impl Bidirectional {
 
 impl Integrator for Bidirectional {
     fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError> {
+        self.learn_from_records(context)?;
         let end = first_sample + samples;
         let mut sample = first_sample;
         while sample < end {
@@ -274,6 +282,7 @@ impl Integrator for Bidirectional {
 
     fn aim(&mut self, context: &Context, camera: &Camera, region: Region) -> Result<(), DeviceError> {
         self.wavefront.aim(context, camera, region)?;
+        self.wants_to_learn = self.plan.weights == Weights::Resampling;
         self.divide(context);
         if self.cached_paths() > self.cached_paths {
             self.make_cache(context, self.first_vertices(context).max(self.capacity.into()))?;

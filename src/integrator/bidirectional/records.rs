@@ -15,8 +15,26 @@ const RECORD_STREAM: u32 = 0x7f4a_7c15;
 const FIRST_RECORDS_A_PATH: u64 = 6;
 /// Bytes of a table for each record and vertex of the cache, in each of two buffers.
 const ENTRY_BYTES: u64 = 4;
+/// Least Q, as a share of the mean: where no light was seen to arrive, some may.
+const LEAST_Q: f32 = 1e-3;
 /// Pairs of a record and a light vertex that one dispatch looks at.
 const PAIRS_AT_ONCE: u32 = 1 << 17;
+
+/// What earlier iterations tell of places: the mean light Q that a light path brings to each of some records.
+struct Known {
+    tree: KdTree,
+    /// In the tree's order.
+    q: Vec<f32>,
+}
+
+impl Known {
+    /// The mean of the three nearest; `None` where nothing is known.
+    fn q_at(&self, position: [f32; 3]) -> Option<f32> {
+        let nearest = self.tree.nearest(position);
+        let sum: f32 = nearest.iter().map(|&(place, _)| self.q[place as usize]).sum();
+        (sum > 0.0).then(|| sum / nearest.len() as f32)
+    }
+}
 
 pub(super) struct Records {
     /// Every so many-th pixel, along both sides of the picture, has an eye path that leaves records.
@@ -26,6 +44,11 @@ pub(super) struct Records {
     entries: u64,
     /// Of the iteration that is under way.
     pub count: u32,
+    tree: KdTree,
+    has_grown: bool,
+    /// Where weights know of it.
+    known: Option<Known>,
+    resampling: bool,
     vertices: Kernel,
     weights: Kernel,
     tables: Kernel,
@@ -45,17 +68,26 @@ struct Stages {
 }
 
 impl Records {
-    /// Compiles; about `share` of the pixels have an eye path that leaves records.
+    /// Compiles; about `share` of the pixels have an eye path that leaves records. `resampling`: weights know of them.
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
-    pub fn new(context: &Context, wavefront: &mut Wavefront, share: f64) -> Result<Self, DeviceError> {
+    pub fn new(
+        context: &Context,
+        wavefront: &mut Wavefront,
+        share: f64,
+        resampling: bool,
+    ) -> Result<Self, DeviceError> {
         let mut compile = |name: &str, extra: &[Feature]| wavefront.compile(context, name, extra);
         let records = Self {
             stride: ((1.0 / share).sqrt().round() as u32).max(1),
             capacity: 0,
             entries: 0,
             count: 0,
+            tree: KdTree::default(),
+            has_grown: false,
+            known: None,
+            resampling,
             vertices: compile("record_vertices", &[])?,
             weights: compile("record_weights", &[Feature::AnyHit])?,
             tables: compile("record_tables", &[])?,
@@ -67,6 +99,9 @@ impl Records {
         // Something to bind; more room comes with the pilot.
         for name in ["found_records", "found_count", "records", "record_weights", "record_ends"] {
             buffers.create(context, name, size_of::<Record>() as u64)?;
+        }
+        if resampling {
+            buffers.create(context, "record_sums", 16)?;
         }
         Ok(records)
     }
@@ -131,11 +166,24 @@ impl Records {
         }
     }
 
-    /// Traces the eye paths that leave records for the sample that `template` begins with.
+    /// Finds the records of the sample that `template` begins with.
     ///
     /// # Errors
     /// A lost device, or more records than fit.
-    pub fn find(
+    pub fn prepare(
+        &mut self,
+        context: &Context,
+        wavefront: &mut Wavefront,
+        template: &Batch,
+    ) -> Result<(), DeviceError> {
+        let found = self.find(context, wavefront, template)?;
+        let records = self.in_order(found);
+        self.count = records.len() as u32;
+        wavefront.buffers.write(context, "records", bytemuck::cast_slice(&records))
+    }
+
+    /// Traces the eye paths that leave them.
+    fn find(
         &mut self,
         context: &Context,
         wavefront: &mut Wavefront,
@@ -175,12 +223,15 @@ impl Records {
         for name in ["found_records", "records"] {
             wavefront.buffers.create(context, name, records * size_of::<Record>() as u64)?;
         }
+        if self.resampling {
+            wavefront.buffers.create(context, "record_sums", records * 4)?;
+        }
         self.capacity = records as u32;
+        self.has_grown = true;
         self.rebind(context, wavefront)
     }
 
-    /// Makes room for the tables of so many records of so many light vertices. Whether there was not enough: what draws by
-    /// them has to be bound again then.
+    /// Makes room for the tables of the records of so many light vertices.
     ///
     /// # Errors
     /// Tables that do not fit.
@@ -188,12 +239,12 @@ impl Records {
         &mut self,
         context: &Context,
         wavefront: &mut Wavefront,
-        records: u32,
         vertices: u32,
-    ) -> Result<bool, DeviceError> {
+    ) -> Result<(), DeviceError> {
+        let records = self.count;
         let entries = u64::from(records) * u64::from(vertices);
         if entries <= self.entries {
-            return Ok(false);
+            return Ok(());
         }
         let limits = context.device.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
@@ -206,8 +257,8 @@ impl Records {
             wavefront.buffers.create(context, name, with_reserve * ENTRY_BYTES)?;
         }
         self.entries = with_reserve;
-        self.rebind(context, wavefront)?;
-        Ok(true)
+        self.has_grown = true;
+        self.rebind(context, wavefront)
     }
 
     /// Makes the tables of records for the `vertices` of the cache.
@@ -219,14 +270,10 @@ impl Records {
         context: &Context,
         wavefront: &mut Wavefront,
         template: &Batch,
-        found: Vec<Record>,
         vertices: u32,
-    ) -> Result<bool, DeviceError> {
-        let records = in_order(found);
-        self.count = records.len() as u32;
-        let has_grown = self.make_room_for_tables(context, wavefront, self.count, vertices)?;
-        let Some(stages) = &self.stages else { return Ok(has_grown) };
-        wavefront.buffers.write(context, "records", bytemuck::cast_slice(&records))?;
+    ) -> Result<(), DeviceError> {
+        self.make_room_for_tables(context, wavefront, vertices)?;
+        let Some(stages) = &self.stages else { return Ok(()) };
         let at_once = (PAIRS_AT_ONCE / vertices.max(1)).max(1);
         for first in (0..self.count).step_by(at_once as usize) {
             let end = self.count.min(first + at_once);
@@ -242,21 +289,60 @@ impl Records {
         wavefront.submit(context, &[Stage::new(&stages.tables, tables)])?;
         wavefront.light_counts.records += u64::from(self.count);
         wavefront.light_counts.record_entries += u64::from(self.count) * u64::from(vertices);
-        Ok(has_grown)
+        Ok(())
     }
-}
 
-/// In the order of their tree, each with what it counts at most of near light vertices.
-fn in_order(mut found: Vec<Record>) -> Vec<Record> {
-    // The order in which the device found them changes from run to run.
-    found.sort_unstable_by_key(|record| (record.path, record.depth_sides));
-    let positions: Vec<[f32; 3]> = found.iter().map(|record| record.position).collect();
-    let (tree, order) = KdTree::build(&positions);
-    let record = |&index: &u32| {
-        let record = found[index as usize];
-        Record { most_geometry: most_geometry(&tree, record.position), ..record }
-    };
-    order.iter().map(record).collect()
+    /// Whether a buffer was made again since this was asked: what else uses it has to be bound again.
+    pub fn take_grown(&mut self) -> bool {
+        std::mem::take(&mut self.has_grown)
+    }
+
+    /// Learns from the tables as they are, which `before` others have gone before, and which come from so many light paths. All
+    /// records that follow know of it.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn learn(
+        &mut self,
+        context: &Context,
+        wavefront: &Wavefront,
+        before: u32,
+        light_paths: u32,
+    ) -> Result<(), DeviceError> {
+        let sums: Vec<f32> = wavefront.buffers.read_elements(context, "record_sums", self.count)?;
+        let running = |(&position, &sum): (&[f32; 3], &f32)| {
+            let q = sum / light_paths as f32;
+            let known = self.known.as_ref().and_then(|known| known.q_at(position));
+            known.map_or(q, |known| (known * before as f32 + q) / (before + 1) as f32)
+        };
+        let q: Vec<f32> = self.tree.points().iter().zip(&sums).map(running).collect();
+        let floor = LEAST_Q * q.iter().sum::<f32>() / q.len().max(1) as f32;
+        let q = q.into_iter().map(|q| q.max(floor)).collect();
+        self.known = Some(Known { tree: self.tree.clone(), q });
+        Ok(())
+    }
+
+    /// Forgets what was learnt: another camera, other records.
+    pub fn forget(&mut self) {
+        self.known = None;
+    }
+
+    /// In the order of their tree, each with what it counts at most of near light vertices, and what is known of it.
+    fn in_order(&mut self, mut found: Vec<Record>) -> Vec<Record> {
+        // The order in which the device found them changes from run to run.
+        found.sort_unstable_by_key(|record| (record.path, record.depth_sides));
+        let positions: Vec<[f32; 3]> = found.iter().map(|record| record.position).collect();
+        let (tree, order) = KdTree::build(&positions);
+        let record = |&index: &u32| {
+            let record = found[index as usize];
+            let q = self.known.as_ref().and_then(|known| known.q_at(record.position));
+            let inv_q = q.map_or(0.0, |q| (1.0 / q).min(f32::MAX));
+            Record { most_geometry: most_geometry(&tree, record.position), inv_q, ..record }
+        };
+        let records = order.iter().map(record).collect();
+        self.tree = tree;
+        records
+    }
 }
 
 /// A record stands for the eye vertices that are about as far from it as other records are, at a distance d; from a light

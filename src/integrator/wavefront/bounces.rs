@@ -135,6 +135,9 @@ impl Wavefront {
     ) -> Result<wgpu::CommandEncoder, DeviceError> {
         self.set_batch(context, batch)?;
         let mut encoder = context.device.create_command_encoder(&Default::default());
+        if let Ok(count) = self.buffers.get("eye_link_count") {
+            encoder.clear_buffer(count, 0, None);
+        }
         let paths = batch.pixel_count * batch.sample_count;
         self.started = paths;
         record(&mut encoder, &mut self.timing, first_rays, Extent::Count(paths));

@@ -22,6 +22,8 @@ pub(crate) struct Form {
     pub subspaces: bool,
     /// Directions count in the classification.
     pub subspace_directions: bool,
+    /// Weights know of records.
+    pub resampling: bool,
     /// Narrow lobes are connected less often.
     pub thinning: bool,
     /// Paths are written down, for the host to learn from.
@@ -38,6 +40,7 @@ impl Form {
             (Feature::Splats, self.splats),
             (Feature::Subspaces, self.subspaces),
             (Feature::SubspaceDirections, self.subspace_directions),
+            (Feature::Resampling, self.resampling),
             (Feature::Thinning, self.thinning),
             (Feature::Learns, self.learns),
             (Feature::LambertVertices, self.lambert_vertices),

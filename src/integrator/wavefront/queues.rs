@@ -3,7 +3,8 @@
 use super::Wavefront;
 use super::kernels::Form;
 use crate::device::layout::{
-    Batch, Camera, Counts, EyeMis, Hit, LightMis, PathRay, ShadowRay, SubPath, TrainingEnd, TrainingVertex,
+    Batch, Camera, Counts, EyeLink, EyeMis, Hit, LightMis, PathRay, ShadowRay, SubPath, TrainingEnd,
+    TrainingVertex,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 
@@ -12,6 +13,8 @@ use crate::device::{BufferTable, Context, DeviceError};
 const CPU_CAPACITY: u32 = 1 << 16;
 /// Paths in flight on a GPU.
 const GPU_CAPACITY: u32 = 1 << 20;
+/// Vertices of an eye path that there is room for on average, where paths keep lists of them.
+const EYE_LINKS_A_PATH: u32 = 4;
 
 /// Buffers that paths change places between: the name, and both of them.
 pub(super) type Swapped = Vec<(&'static str, [wgpu::Buffer; 2])>;
@@ -41,11 +44,19 @@ pub(super) fn create(
     if form.bidirectional {
         swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
     }
+    if form.resampling {
+        swapped.push(("eye_ends", pair(["eye_ends a", "eye_ends b"], 4)?));
+    }
     if form.subspaces {
         // Eye and light paths are never in flight together.
         let mis = pair(["mis a", "mis b"], size_of::<EyeMis>().max(size_of::<LightMis>()))?;
         swapped.extend([("eye_mis", mis.clone()), ("light_mis", mis)]);
         buffers.create(context, "eye_labels", bytes(8))?;
+    }
+    if form.resampling {
+        let wanted = u64::from(EYE_LINKS_A_PATH) * bytes(size_of::<EyeLink>());
+        buffers.create(context, "eye_links", wanted.min(context.binding / 16 * 16))?;
+        buffers.create(context, "eye_link_count", 4)?;
     }
     let connections = u64::from(form.connections);
     buffers.create(context, "hits", bytes(size_of::<Hit>()))?;
@@ -139,6 +150,17 @@ impl Wavefront {
             self.buffers.create(context, "training_counts", 8)?;
         }
         Ok(())
+    }
+
+    /// Whether the lists of the eye paths of the last batch had room for all of their vertices.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub(crate) fn eye_links_fit(&self, context: &Context) -> Result<bool, DeviceError> {
+        let Ok(links) = self.buffers.get("eye_links") else { return Ok(true) };
+        let count: Vec<u32> = self.buffers.read_elements(context, "eye_link_count", 1)?;
+        let room = links.size() / size_of::<EyeLink>() as u64;
+        Ok(count.iter().all(|&count| u64::from(count) <= room))
     }
 
     pub(crate) fn counts(&self, context: &Context) -> Result<Counts, DeviceError> {
