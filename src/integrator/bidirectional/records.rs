@@ -246,8 +246,7 @@ impl Records {
         if entries <= self.entries {
             return Ok(());
         }
-        let limits = context.device.limits();
-        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let limit = context.binding;
         let bytes = entries * ENTRY_BYTES;
         if bytes > limit {
             return Err(DeviceError::RecordsTooLarge { records, vertices, bytes, limit });
