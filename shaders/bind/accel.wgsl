@@ -17,9 +17,17 @@ const TRIANGLE_MATERIAL: u32 = 0x00ffffffu;
 /// In the place of a triangle's index: none.
 const NO_TRIANGLE: u32 = 0xffffffffu;
 
-/// Compressed wide nodes (Ylitie et al., Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
-/// HPG 2017) as obvhs lays them out, five vec4u a node.
-@group(0) @binding(0) var<storage, read> nodes: array<vec4u>;
+/// A compressed wide node (Ylitie et al., Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
+/// HPG 2017) as obvhs lays it out.
+struct Node {
+    n0: vec4u,
+    n1: vec4u,
+    n2: vec4u,
+    n3: vec4u,
+    n4: vec4u,
+}
+
+@group(0) @binding(0) var<storage, read> nodes: array<Node>;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
 #if coincident
 /// What is in front of triangles in their own plane: see src/accel/covers.rs.

@@ -38,13 +38,15 @@ struct PunctualLight {
 #endif
 
 #if environment
-/// An equal-area square of directions (lib/equal_area): radiance, constant over a texel, and the texel's
-/// probability.
-@group(0) @binding(10) var<storage, read> environment_texels: array<vec4f>;
+/// An equal-area square of directions (lib/equal_area): radiance, constant over a texel, as lib/environment unpacks it.
+@group(0) @binding(10) var<storage, read> environment_texels: array<vec2u>;
 /// Threshold and alias of each texel.
 @group(0) @binding(11) var<storage, read> environment_alias: array<vec2u>;
 /// Texels along a side.
 override ENVIRONMENT_SIZE: u32 = 1u;
 /// Index of the environment in `lights`.
 override ENVIRONMENT_LIGHT: u32 = 0u;
+/// Density per solid angle of a texel, where it is not black: its luminance times the one, plus the other.
+override ENVIRONMENT_PDF_SCALE: f32 = 0.0;
+override ENVIRONMENT_PDF_FLOOR: f32 = 0.0;
 #endif

@@ -52,23 +52,36 @@ override TANGENT_OFFSET: u32 = 0u;
 override COLOR_OFFSET: u32 = 0u;
 
 /// A number of a vertex interpolated over the triangle; what is equal at all three is so between them, to the last bit.
-fn attribute1(triangle: u32, b: vec3f, offset: u32) -> f32 {
-    let first = vertex_attributes[corner_vertices[triangle * 3u] * ATTRIBUTE_STRIDE + offset];
-    let second = vertex_attributes[corner_vertices[triangle * 3u + 1u] * ATTRIBUTE_STRIDE + offset];
-    let third = vertex_attributes[corner_vertices[triangle * 3u + 2u] * ATTRIBUTE_STRIDE + offset];
+fn attribute1(vertices: vec3u, b: vec3f, offset: u32) -> f32 {
+    let first = vertex_attributes[vertices.x + offset];
+    let second = vertex_attributes[vertices.y + offset];
+    let third = vertex_attributes[vertices.z + offset];
     return first + b.y * (second - first) + b.z * (third - first);
 }
 
+/// Where the numbers of a triangle's vertices begin.
+fn attribute_vertices(triangle: u32) -> vec3u {
+    let first = corner_vertices[triangle * 3u];
+    let second = corner_vertices[triangle * 3u + 1u];
+    let third = corner_vertices[triangle * 3u + 2u];
+    return vec3u(first, second, third) * ATTRIBUTE_STRIDE;
+}
+
 fn attribute2(triangle: u32, b: vec3f, offset: u32) -> vec2f {
-    return vec2f(attribute1(triangle, b, offset), attribute1(triangle, b, offset + 1u));
+    let vertices = attribute_vertices(triangle);
+    return vec2f(attribute1(vertices, b, offset), attribute1(vertices, b, offset + 1u));
 }
 
 fn attribute3(triangle: u32, b: vec3f, offset: u32) -> vec3f {
-    return vec3f(attribute2(triangle, b, offset), attribute1(triangle, b, offset + 2u));
+    let vertices = attribute_vertices(triangle);
+    let first = vec2f(attribute1(vertices, b, offset), attribute1(vertices, b, offset + 1u));
+    return vec3f(first, attribute1(vertices, b, offset + 2u));
 }
 
 fn attribute4(triangle: u32, b: vec3f, offset: u32) -> vec4f {
-    return vec4f(attribute2(triangle, b, offset), attribute2(triangle, b, offset + 2u));
+    let vertices = attribute_vertices(triangle);
+    let first = vec2f(attribute1(vertices, b, offset), attribute1(vertices, b, offset + 1u));
+    return vec4f(first, attribute1(vertices, b, offset + 2u), attribute1(vertices, b, offset + 3u));
 }
 #endif
 

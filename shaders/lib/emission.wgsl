@@ -16,7 +16,7 @@
 #import lib/spot
 #endif
 #if environment
-#import lib/equal_area
+#import lib/environment
 #endif
 
 // Light from the light's side: points on lights, and the rays that leave them. `lib/light` samples the same
@@ -136,12 +136,14 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
         case LIGHT_ENVIRONMENT: {
             let texels = ENVIRONMENT_SIZE * ENVIRONMENT_SIZE;
             let slot = alias_draw(point_words.xy, texels);
-            let texel = alias_pick(slot, environment_alias[slot.slot].x, environment_alias[slot.slot].y);
+            let entry = environment_alias[slot.slot];
+            let texel = alias_pick(slot, entry.x, entry.y);
             let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
             emission.at = (corner + u_point) / f32(ENVIRONMENT_SIZE);
             let to_light = square_to_sphere(emission.at);
-            emission.pdf_light = pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
-            emission.weight = environment_texels[texel].rgb / emission.pdf_light;
+            let radiance = texel_radiance(texel);
+            emission.pdf_light = pdf_select * texel_pdf_solid(radiance);
+            emission.weight = radiance / emission.pdf_light;
             emit_parallel(&emission, -to_light, emission_draw(index, emission.at, u.xy));
         }
 #endif

@@ -28,10 +28,11 @@ struct SurfacePoint {
 }
 
 fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
-    let v0 = triangles[triangle].v0;
-    let v1 = triangles[triangle].v1;
-    let v2 = triangles[triangle].v2;
-    let flags = triangles[triangle].material_flags;
+    let stored = triangles[triangle];
+    let v0 = stored.v0;
+    let v1 = stored.v1;
+    let v2 = stored.v2;
+    let flags = stored.material_flags;
     let b0 = 1.0 - b1 - b2;
     let reach = max(abs(v0), max(abs(v1), abs(v2)));
     // Edges scaled by a power of two before the product, which would underflow on small triangles.

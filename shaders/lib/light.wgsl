@@ -11,7 +11,7 @@
 #import lib/spot
 #endif
 #if environment
-#import lib/equal_area
+#import lib/environment
 #endif
 
 // Sampling a point on a light as seen from a point of the scene, and the density of doing so.
@@ -38,21 +38,9 @@ struct LightSample {
 }
 
 #if environment
-fn environment_texel(direction: vec3f) -> u32 {
-    let size = f32(ENVIRONMENT_SIZE);
-    let at = min(vec2u(sphere_to_square(direction) * size), vec2u(ENVIRONMENT_SIZE - 1u));
-    return at.y * ENVIRONMENT_SIZE + at.x;
-}
-
-fn environment_radiance(direction: vec3f) -> vec3f {
-    return environment_texels[environment_texel(direction)].rgb;
-}
-
 /// Density of `sample_light` for a direction to the environment.
 fn environment_pdf_solid(direction: vec3f) -> f32 {
-    let texels = f32(ENVIRONMENT_SIZE) * f32(ENVIRONMENT_SIZE);
-    return lights[ENVIRONMENT_LIGHT].pdf_select
-        * environment_texels[environment_texel(direction)].w * texels * INV_FOUR_PI;
+    return lights[ENVIRONMENT_LIGHT].pdf_select * texel_pdf_solid(environment_radiance(direction));
 }
 #endif
 
@@ -111,13 +99,14 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
         case LIGHT_ENVIRONMENT: {
             let texels = ENVIRONMENT_SIZE * ENVIRONMENT_SIZE;
             let slot = alias_draw(point_words.xy, texels);
-            let texel = alias_pick(slot, environment_alias[slot.slot].x, environment_alias[slot.slot].y);
+            let entry = environment_alias[slot.slot];
+            let texel = alias_pick(slot, entry.x, entry.y);
             let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
             sample.at = (corner + u) / f32(ENVIRONMENT_SIZE);
             sample.direction = square_to_sphere(sample.at);
             sample.distance = MAX_FLOAT;
-            sample.radiance = environment_texels[texel].rgb;
-            sample.pdf_solid = light.pdf_select * environment_texels[texel].w * f32(texels) * INV_FOUR_PI;
+            sample.radiance = texel_radiance(texel);
+            sample.pdf_solid = light.pdf_select * texel_pdf_solid(sample.radiance);
         }
 #endif
 #if punctual_lights

@@ -63,11 +63,9 @@ fn children4(meta4: u32, octant: u32, near: vec4f, far: vec4f) -> u32 {
 
 /// A node's children as bits: inner ones in the high byte by order of visit, triangles in the low 24.
 fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
-    let n0 = nodes[node * 5u];
-    let n1 = nodes[node * 5u + 1u];
-    let n2 = nodes[node * 5u + 2u];
-    let n3 = nodes[node * 5u + 3u];
-    let n4 = nodes[node * 5u + 4u];
+    let words = nodes[node];
+    let n0 = words.n0;
+    let n1 = words.n1;
     let exponents = vec3f(
         bitcast<f32>((n0.w & 0xffu) << 23u),
         bitcast<f32>(((n0.w >> 8u) & 0xffu) << 23u),
@@ -79,9 +77,9 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
     let slack = (abs(start) + 255.0 * abs(scale)) * 0x1p-22;
     let start_near = start - slack;
     let start_far = start + slack;
-    let x = select(n2, n2.zwxy, ray.negative.x);
-    let y = select(n3, n3.zwxy, ray.negative.y);
-    let z = select(n4, n4.zwxy, ray.negative.z);
+    let x = select(words.n2, words.n2.zwxy, ray.negative.x);
+    let y = select(words.n3, words.n3.zwxy, ray.negative.y);
+    let z = select(words.n4, words.n4.zwxy, ray.negative.z);
     var hits = 0u;
     {
         let near_x = bytes(x.x) * scale.x + start_near.x;
@@ -160,11 +158,11 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
             let bit = firstLeadingBit(pending);
             pending &= ~(1u << bit);
             let index = found.y + bit;
-            let candidate = intersect_triangle(
-                sheared, triangles[index].v0, triangles[index].v1, triangles[index].v2, hit.t);
+            let triangle = triangles[index];
+            let candidate = intersect_triangle(sheared, triangle.v0, triangle.v1, triangle.v2, hit.t);
             var found_hit = candidate.t > 0.0;
 #if alpha
-            if found_hit && (triangles[index].material_flags & TRIANGLE_ALPHA) != 0u {
+            if found_hit && (triangle.material_flags & TRIANGLE_ALPHA) != 0u {
                 found_hit = is_present(index, candidate.b1, candidate.b2);
             }
 #endif

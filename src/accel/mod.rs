@@ -14,9 +14,10 @@ mod wide;
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3, Vec3A};
-use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::{Boundable, BvhBuildParams};
 use thiserror::Error;
 
 use coincident::Precedence;
@@ -152,8 +153,10 @@ impl Accel {
         }
         let bvh = build_bvh(&triangles);
         let depth = depth(&bvh, 0);
-        let mut triangles: Vec<AccelTriangle> =
-            bvh.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        let CwBvh { nodes, primitive_indices, .. } = bvh;
+        let ordered = primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        // What is not in the BVH's order goes before more is made.
+        drop((std::mem::replace(&mut triangles, ordered), primitive_indices));
         let overlaps = coincident::overlaps(&triangles);
         coincidence.overlaps = overlaps.len();
         let mut emitters: Vec<u32> = overlaps.as_flattened().to_vec();
@@ -164,7 +167,7 @@ impl Accel {
         let thin_gaps = thin::has_thin_gaps(&triangles);
         let covers = covers::covers(&mut triangles, &overlaps, &precedence);
         Ok(Self {
-            nodes: bytemuck::cast_slice(&bvh.nodes).to_vec(),
+            nodes: bytemuck::cast_slice(&nodes).to_vec(),
             triangles,
             depth,
             dropped,
@@ -275,19 +278,19 @@ fn unit_triangles(scene: &Scene, unit: &UnitSpace) -> (Vec<AccelTriangle>, usize
 /// The slower, better builders pay for themselves in seconds of tracing; past a few hundred thousand triangles
 /// their time would be noticed.
 fn build_bvh(triangles: &[AccelTriangle]) -> CwBvh {
-    let input: Vec<obvhs::triangle::Triangle> = triangles
-        .iter()
-        .map(|triangle| {
-            let [v0, v1, v2] = triangle.vertices.map(Vec3A::from);
-            obvhs::triangle::Triangle { v0, v1, v2 }
-        })
-        .collect();
-    let parameters = if input.len() <= 300_000 {
+    let parameters = if triangles.len() <= 300_000 {
         BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }
     } else {
         BvhBuildParams::medium_build()
     };
-    build_cwbvh_from_tris(&input, parameters, &mut Duration::default())
+    build_cwbvh(triangles, parameters, &mut Duration::default())
+}
+
+impl Boundable for AccelTriangle {
+    fn aabb(&self) -> Aabb {
+        let [v0, v1, v2] = self.vertices.map(Vec3A::from);
+        obvhs::triangle::Triangle { v0, v1, v2 }.aabb()
+    }
 }
 
 /// Levels of inner nodes below and including `node`.

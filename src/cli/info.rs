@@ -7,7 +7,10 @@ use clap::{Args, ValueEnum as _};
 use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
 use crate::accel::{Accel, without_wide_triangles};
-use crate::device::{Feature, Features};
+use crate::device::context::adapters;
+use crate::device::host_memory::{free_memory, used_memory};
+use crate::device::scene::{SceneMemory, mebibytes};
+use crate::device::{DeviceError, Feature, Features};
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
@@ -60,6 +63,7 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
 }
 
 fn describe(scene: &Scene) -> Result<(), CliError> {
+    memory(scene)?;
     let accel = Accel::build(&without_wide_triangles(scene))?;
     contents(scene, &accel);
     if !scene.warnings.is_empty() {
@@ -75,6 +79,38 @@ fn describe(scene: &Scene) -> Result<(), CliError> {
     println!("  not there, and not compiled: {}", off.join(", "));
     println!("\nthe path integrator:");
     limits(scene).iter().for_each(|line| println!("  {line}"));
+    Ok(())
+}
+
+/// What the scene will take of memory, and whether the device that would be chosen has it: before anything is built.
+fn memory(scene: &Scene) -> Result<(), DeviceError> {
+    let memory = SceneMemory::of(scene, &SceneFeatures::of(scene));
+    let parts: Vec<String> = memory
+        .buffers
+        .iter()
+        .map(|&(buffer, bytes)| format!("{} {}", buffer.name(), mebibytes(bytes)))
+        .collect();
+    println!("memory that the scene takes, as foretold:");
+    println!("  device {}: {}", mebibytes(memory.device()), parts.join(", "));
+    let now = used_memory();
+    let host = mebibytes(now.unwrap_or(0) + memory.host_peak);
+    println!("  host {host} at the peak, before the picture");
+    let Some(adapter) = adapters().into_iter().next() else { return Ok(()) };
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    let page_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let is_cpu = info.device_type == wgpu::DeviceType::Cpu;
+    if is_cpu {
+        let both = mebibytes(now.unwrap_or(0) + memory.together());
+        println!("  host and device are one here: {both} at the peak");
+    }
+    let free = if is_cpu { free_memory() } else { None };
+    memory.check_for(page_bytes, limits.max_storage_buffers_per_shader_stage, free)?;
+    let pages = memory.pages(page_bytes).extra();
+    let split = match pages {
+        0 => "in one piece each".to_string(),
+        pages => format!("in {pages} bindings more than a small scene"),
+    };
+    println!("  it fits {}, {split}\n", info.name);
     Ok(())
 }
 

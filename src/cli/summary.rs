@@ -6,6 +6,7 @@ use super::CliError;
 use super::progress::say_choices;
 use crate::bench::trade::Checkpoint;
 use crate::device::Context;
+use crate::device::host_memory::peak_memory;
 use crate::film::write::write_atomic;
 use crate::render::{RenderOptions, Report, Stop};
 use crate::subspace::TrainingReport;
@@ -27,9 +28,13 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
         Some(percent) if percent > 0.0 && percent < 0.01 => ", estimated error below 0.01 %".into(),
         Some(percent) => format!(", estimated error {percent:.2} %"),
     };
+    let environment = match report.environment_seconds {
+        seconds if seconds >= 0.05 => format!(" ({seconds:.2} s of them the environment)"),
+        _ => String::new(),
+    };
     eprintln!(
         "{} spp in {:.2} s ({:.2} M samples/s){error}; {reason}. Before that: loading {load_seconds:.2} s, BVH {:.2} s, \
-         lights and upload {:.2} s, compiling {:.2} s.",
+         lights and upload {:.2} s{environment}, compiling {:.2} s.",
         report.samples,
         report.seconds,
         rate * 1e-6,
@@ -130,6 +135,7 @@ pub fn training_stats(trained: &TrainingResult, report: &Report) -> serde_json::
         "scene_hash": format!("{:016x}", model.scene_hash),
         "accel_seconds": report.accel_seconds,
         "upload_seconds": report.upload_seconds,
+        "environment_seconds": report.environment_seconds,
         "pretracing_seconds": trained.tracing.as_secs_f64(),
         "preprocessing_seconds": (trained.tracing + trained.learning).as_secs_f64(),
         "camera_paths": trained.camera_paths,
@@ -142,7 +148,7 @@ pub fn training_stats(trained: &TrainingResult, report: &Report) -> serde_json::
     })
 }
 
-/// Writes a report, with the device and the time of loading.
+/// Writes a report, with the device, the time of loading and the most memory that there was at once.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -154,5 +160,6 @@ pub fn write_stats(
 ) -> Result<(), CliError> {
     value["device"] = context.describe().into();
     value["load_seconds"] = load_seconds.into();
+    value["peak_memory_bytes"] = peak_memory().into();
     Ok(write_atomic(path, serde_json::to_string_pretty(&value)?.as_bytes())?)
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
+use super::host_memory::free_memory;
 use super::pipelines::Pipelines;
 use super::uuid::{is_uuid, uuid};
 use crate::device::DeviceError;
@@ -57,6 +58,8 @@ pub struct Context {
     pub memory: Option<u64>,
     /// Bytes of a storage buffer, which is bound whole.
     pub binding: u64,
+    /// The most bytes of one page of a scene's buffers: the same, but where tests lower it.
+    pub page_bytes: u64,
     pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
 }
@@ -159,6 +162,7 @@ impl Context {
             timestamps,
             memory,
             binding,
+            page_bytes: binding,
             pipelines: Pipelines::default(),
             interrupt: None,
         })
@@ -176,7 +180,13 @@ impl Context {
 
     /// The same device, as one whose storage buffers have no more than so many bytes: what is larger lies in pages there.
     pub fn with_small_bindings(&self, bytes: u64) -> Self {
-        Self { binding: self.binding.min(bytes), ..self.clone() }
+        let binding = self.binding.min(bytes);
+        Self { binding, page_bytes: binding, ..self.clone() }
+    }
+
+    /// The same device with a scene's buffers in pages of at most so many bytes, which may be very few.
+    pub fn with_page_bytes(&self, page_bytes: u64) -> Self {
+        Self { page_bytes, ..self.clone() }
     }
 
     /// Time that a round has to finish once it is to end, where it can be left unfinished.
@@ -226,15 +236,4 @@ impl Context {
             self.device.create_shader_module_trusted(descriptor, checks)
         }
     }
-}
-
-/// Bytes that the machine has left, or that its container may have at all; `None` where that cannot be told.
-fn free_memory() -> Option<u64> {
-    let read = |path: &str| std::fs::read_to_string(path).ok();
-    let machine = read("/proc/meminfo").and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-        Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
-    });
-    let container = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
-    [machine, container].into_iter().flatten().min()
 }

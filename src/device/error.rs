@@ -45,6 +45,16 @@ pub enum DeviceError {
     )]
     RecordsTooLarge { records: u32, vertices: u32, bytes: u64, limit: u64 },
     #[error(
+        "the scene's buffers take {needed} bindings of {page_bytes} bytes at most in a kernel, {pages} more than small ones, and \
+         this device has {limit}; use fewer or smaller textures, fewer triangles, or another device (`halfway devices`)"
+    )]
+    TooManyPages { pages: u32, page_bytes: u64, needed: u32, limit: u32 },
+    #[error(
+        "the scene needs {needed} of memory, and {free} are free (of the device: {largest}); {advice}, or use another \
+         machine or device (`halfway devices`)"
+    )]
+    SceneTooLarge { needed: String, free: String, largest: String, advice: &'static str },
+    #[error(
         "out of device memory: {name} needs {bytes} bytes, and all buffers together {total}, where {memory} are free; use a \
          smaller picture, a smaller scene, or another device"
     )]
@@ -77,6 +87,8 @@ impl DeviceError {
             | Self::MissingBuffer { .. } => Fault::Defect,
             Self::BufferTooLarge { .. }
             | Self::RecordsTooLarge { .. }
+            | Self::TooManyPages { .. }
+            | Self::SceneTooLarge { .. }
             | Self::OutOfMemory { .. }
             | Self::Lost { .. } => Fault::Machine,
             Self::TreeTooDeep { .. } => Fault::Input,

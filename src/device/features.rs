@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use super::pages::Pages;
 use crate::scene::SceneFeatures;
 
 macro_rules! features {
@@ -137,13 +138,17 @@ impl fmt::Display for Feature {
 
 /// What a stitched text is made with. Whatever a feature implies comes with it.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub struct Features(u64);
+pub struct Features {
+    on: u64,
+    /// Of the scene's buffers.
+    pages: Pages,
+}
 
 impl Features {
     /// Turns a feature on, and all that it implies.
     pub fn insert(&mut self, feature: Feature) {
         if !self.contains(feature) {
-            self.0 |= feature.bit();
+            self.on |= feature.bit();
             self.extend(feature.implies().iter().copied());
         }
     }
@@ -155,7 +160,17 @@ impl Features {
     }
 
     pub fn contains(self, feature: Feature) -> bool {
-        self.0 & feature.bit() != 0
+        self.on & feature.bit() != 0
+    }
+
+    /// These, with a scene's buffers in so many pages.
+    pub fn with_pages(self, pages: Pages) -> Self {
+        Self { pages, ..self }
+    }
+
+    /// Pages of the scene's buffers.
+    pub fn pages(self) -> Pages {
+        self.pages
     }
 
     /// In the order of the table.

@@ -5,12 +5,15 @@
 //! * `#import lib/rng` puts the text of `shaders/lib/rng.wgsl` here, the first time only.
 //! * `#if feature`, `#if !feature`, `#else`, `#endif` keep or drop lines. What a scene does not need is gone
 //!   from the text, its bindings too, so the driver never sees it. Features are those of [`Feature`].
+//!
+//! Buffers that take several bindings in a scene are read by page: `super::pages`.
 
 use std::collections::BTreeSet;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use super::features::{Feature, Features};
+use super::pages::paged;
 use crate::device::DeviceError;
 
 macro_rules! sources {
@@ -61,6 +64,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/deliver_records",
     "lib/dielectric",
     "lib/emission",
+    "lib/environment",
     "lib/equal_area",
     "lib/frame",
     "lib/fresnel",
@@ -219,9 +223,13 @@ fn append(
             } else if trimmed.starts_with('#') {
                 return Err(directive_error(number, &format!("unknown directive '{trimmed}'")));
             } else {
-                out.code.push_str(line);
-                out.code.push('\n');
-                out.origin.push((file.to_string(), number as u32 + 1));
+                let replaced =
+                    paged(line, features.pages()).map_err(|error| directive_error(number, &error))?;
+                for line in replaced.as_deref().unwrap_or(line).lines() {
+                    out.code.push_str(line);
+                    out.code.push('\n');
+                    out.origin.push((file.to_string(), number as u32 + 1));
+                }
             }
         }
     }

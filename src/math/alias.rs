@@ -38,7 +38,7 @@ impl AliasTable {
     /// No weights, more than 2^28, a negative or non-finite one, or none above zero.
     pub fn new(weights: &[f64]) -> Result<Self, MathError> {
         let units = units_of(weights, weights.len() as u64 * SLOT)?;
-        let entries = entries_of(&units);
+        let entries = entries_of(units.clone());
         Ok(Self { entries, units })
     }
 
@@ -116,19 +116,29 @@ pub(super) fn units_of(weights: &[f64], total: u64) -> Result<Vec<u64>, MathErro
     Ok(units)
 }
 
+/// The entries of [`AliasTable::new`] alone, for tables of millions.
+///
+/// # Errors
+/// Those of [`AliasTable::new`].
+pub fn alias_entries(weights: &[f64]) -> Result<Vec<AliasEntry>, MathError> {
+    Ok(entries_of(units_of(weights, weights.len() as u64 * SLOT)?))
+}
+
 /// Vose's pairing: every slot is filled by its own entry and at most one other.
-fn entries_of(units: &[u64]) -> Vec<AliasEntry> {
-    let mut left = units.to_vec();
+fn entries_of(mut left: Vec<u64>) -> Vec<AliasEntry> {
     let mut entries: Vec<_> =
-        (0..units.len() as u32).map(|alias| AliasEntry { threshold: u32::MAX, alias }).collect();
-    let (mut small, mut large): (Vec<_>, Vec<_>) = (0..units.len()).partition(|&i| units[i] < SLOT);
+        (0..left.len() as u32).map(|alias| AliasEntry { threshold: u32::MAX, alias }).collect();
+    let (mut small, mut large): (Vec<u32>, Vec<u32>) =
+        (0..left.len() as u32).partition(|&i| left[i as usize] < SLOT);
     // The units that are left always fill the slots that are left, so while a slot is short another one is
     // over-full; at the end every remaining slot is exactly full and aliases to itself.
     while let (Some(&short), Some(&long)) = (small.last(), large.last()) {
         small.pop();
-        entries[short] = AliasEntry { threshold: left[short] as u32, alias: long as u32 };
-        left[long] -= SLOT - left[short];
-        if left[long] < SLOT {
+        let units = left[short as usize];
+        entries[short as usize] = AliasEntry { threshold: units as u32, alias: long };
+        let rest = &mut left[long as usize];
+        *rest -= SLOT - units;
+        if *rest < SLOT {
             large.pop();
             small.push(long);
         }

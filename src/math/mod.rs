@@ -17,6 +17,7 @@ pub mod kd_tree;
 pub mod rng;
 pub mod sampling;
 pub mod scale;
+pub mod shared_exponent;
 pub mod statistics;
 
 pub use error::MathError;

@@ -10,7 +10,7 @@ use super::seen::{Seen, SeenLayers, Surfaces};
 use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::{Accel, without_wide_triangles};
 use crate::device::layout::Camera;
-use crate::device::scene::DeviceScene;
+use crate::device::scene::{DeviceScene, SceneMemory};
 use crate::device::{Context, DeviceError};
 use crate::film::Region;
 use crate::film::sums::FilmSums;
@@ -62,9 +62,10 @@ impl Uploaded {
         features: Option<SceneFeatures>,
         layers: SeenLayers,
     ) -> Result<Self, RenderError> {
+        let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
+        SceneMemory::of(scene, &features).check(context)?;
         let cut = without_wide_triangles(scene);
         let accel = Accel::build(&cut)?;
-        let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         Ok(Self {
             context: context.clone(),
             scene: DeviceScene::new(context, &cut, &accel, features)?,
@@ -150,6 +151,7 @@ impl Prepared {
             seconds: 0.0,
             accel_seconds: uploaded.accel_seconds,
             upload_seconds: device_scene.upload_time.as_secs_f64(),
+            environment_seconds: device_scene.environment_time.as_secs_f64(),
             compile_seconds: 0.0,
             pretracing_seconds: 0.0,
             preprocessing_seconds: 0.0,

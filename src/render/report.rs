@@ -17,6 +17,8 @@ pub struct Report {
     pub seconds: f64,
     pub accel_seconds: f64,
     pub upload_seconds: f64,
+    /// Of uploading, what the environment's map and table took.
+    pub environment_seconds: f64,
     pub compile_seconds: f64,
     /// Of learning before the first sample: tracing, and all of it.
     pub pretracing_seconds: f64,

@@ -1,13 +1,14 @@
 //! The light from infinitely far away.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-use glam::{DVec2, DVec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::warning::Warning;
-use crate::math::equal_area::square_to_azimuth;
 use crate::picture_file::{PictureFile, PictureFileError, split_layer};
 use crate::scene::SceneError;
 
@@ -160,12 +161,12 @@ impl EqualAreaMap {
         (wanted.ceil() as u32).clamp(MIN_SIZE, MAX_SIZE).next_power_of_two()
     }
 
-    /// As [`EqualAreaMap::new`], with so many texels along each edge, a power of two: a smaller map is blurred.
+    /// As [`EqualAreaMap::new`], with so many texels along each edge, a power of two from 2: a smaller map is blurred.
     ///
     /// # Errors
     /// Those of [`EqualAreaMap::new`].
     pub fn with_size(environment: &Environment, size: u32) -> Result<Option<Self>, SceneError> {
-        let Environment { width, height, scale, rotation, .. } = *environment;
+        let Environment { scale, rotation, .. } = *environment;
         let brightest = environment.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b));
         if !(scale >= 0.0 && rotation.is_finite() && (brightest * scale).is_finite()) {
             return Err(SceneError::EnvironmentScale { scale, rotation, brightest });
@@ -173,39 +174,140 @@ impl EqualAreaMap {
         if brightest * scale == 0.0 {
             return Ok(None);
         }
-        let rotation = f64::from(rotation).rem_euclid(TAU);
-        let edge = (4.0 * PI).sqrt() / f64::from(size);
-        let data = widen_polar_texels(environment, edge);
+        let rows = widen_polar_texels(environment, edge_of(size));
+        let rings = Rings::new(environment, &rows, size);
+        // Whole turns of the picture from its left edge to where the azimuth of each quadrant of the square begins, and which
+        // way it runs: the square's azimuth runs from +x towards -z, the picture's from -z towards +x.
+        let turned = f64::from(rotation).rem_euclid(TAU) / TAU + 0.75;
+        let quadrants = [(0.5, -1.0), (0.0, 1.0), (0.5, 1.0), (0.0, -1.0)];
+        let quadrants = quadrants.map(|(start, way)| ((turned - start) % 1.0, way));
+        let half = size / 2;
         let texel = |index: u32| {
-            let first = DVec2::new(f64::from(index % size), f64::from(index / size)) / f64::from(size);
-            let samples = samples_along_edge(environment, edge, first + 0.5 / f64::from(size));
-            let factor = f64::from(scale) / f64::from(samples * samples);
-            let step = 1.0 / f64::from(size * samples);
-            let mut sum = DVec3::ZERO;
-            for row in 0..samples {
-                for column in 0..samples {
-                    let cell = DVec2::new(f64::from(column), f64::from(row));
-                    let (azimuth, r) = square_to_azimuth(first + (cell + 0.5) * step);
-                    let polar = polar_angle(r.abs());
-                    let polar = if r < 0.0 { PI - polar } else { polar };
-                    // The square's azimuth runs from +x towards -z, the picture's from -z towards +x.
-                    let azimuth = FRAC_PI_2 - azimuth + rotation;
-                    sum += bilinear(width, height, azimuth, polar, |index| data[index]).as_dvec3();
-                }
-            }
-            (sum * factor).as_vec3().to_array()
+            let [x, y] = [index % size, index / size];
+            // From the centre outwards.
+            let [x, y] = [(x >= half, x), (y >= half, y)]
+                .map(|(outer, at)| (outer, if outer { at - half } else { half - 1 - at }));
+            let (start, way) = quadrants[usize::from(x.0) + 2 * usize::from(y.0)];
+            rings.mean([x.1, y.1], start, way).map(|channel| (channel * f64::from(scale)) as f32)
         };
         let radiance = (0..size * size).into_par_iter().map(texel).collect();
         Ok(Some(Self { size, radiance }))
     }
 }
 
-/// Samples along an edge of the map's texel with this centre: eight along each texel of the picture, which keeps the
+/// Samples of a picture at one distance from the middle of the equal-area square: they share their polar angle.
+#[derive(Clone, Copy, Default)]
+struct Ring {
+    /// Turns by which the azimuth changes from one sample to the next.
+    step: f64,
+    /// The rows between which they lie, and how near to the second.
+    rows: [u32; 2],
+    share: f32,
+}
+
+/// The picture as the texels of a map see it, by their distance from the middle of the square, |x| + |y|: what is equal in
+/// all of a ring is computed once.
+struct Rings<'a> {
+    width: u32,
+    rows: Vec<&'a [[f32; 3]]>,
+    /// Samples along each edge of the texels of each distance.
+    samples: Vec<u32>,
+    /// By samples along an edge: the first ring, and the rings.
+    of: BTreeMap<u32, (u32, Vec<Ring>)>,
+}
+
+impl<'a> Rings<'a> {
+    fn new(environment: &Environment, rows: &'a [Cow<'_, [[f32; 3]]>], size: u32) -> Self {
+        let edge = edge_of(size);
+        let samples: Vec<u32> = (0..size.max(2) - 1)
+            .map(|distance| {
+                let r = ring_r(2.0 * f64::from(distance + 1) / f64::from(size));
+                samples_along_edge(environment, edge, r.abs())
+            })
+            .collect();
+        let mut of: BTreeMap<u32, (u32, Vec<Ring>)> = BTreeMap::new();
+        for (distance, &count) in samples.iter().enumerate() {
+            let (first, rings) = of.entry(count).or_insert((distance as u32 * count, Vec::new()));
+            let end = distance as u32 * count + 2 * count - 1;
+            while *first + (rings.len() as u32) < end {
+                let at = *first + rings.len() as u32;
+                rings.push(Ring::new(
+                    environment,
+                    2.0 * f64::from(at + 1) / f64::from(size * count),
+                    size * count,
+                ));
+            }
+        }
+        Self { width: environment.width, rows: rows.iter().map(|row| &**row).collect(), samples, of }
+    }
+
+    /// Mean over a texel of a quadrant, `x` and `y` counted from the middle of the square. `start`: turns from the left of
+    /// the picture to where the quadrant's azimuth begins; `way`: the sign by which it runs.
+    fn mean(&self, [x, y]: [u32; 2], start: f64, way: f64) -> [f64; 3] {
+        let count = self.samples[(x + y) as usize];
+        let (first, rings) = &self.of[&count];
+        let width = f64::from(self.width);
+        let mut sum = DVec3::ZERO;
+        for row in y * count..(y + 1) * count {
+            for column in x * count..(x + 1) * count {
+                let ring = &rings[(row + column - first) as usize];
+                let turns = start + way * (0.125 + ring.step * f64::from(row as i32 - column as i32));
+                // Whole columns from the left of the picture before.
+                sum += self.bilinear(turns * width + (width - 0.5), ring).as_dvec3();
+            }
+        }
+        (sum / f64::from(count * count)).to_array()
+    }
+
+    fn bilinear(&self, u: f64, ring: &Ring) -> Vec3A {
+        let column = u as u32;
+        let share = (u - f64::from(column)) as f32;
+        // The first and the last column are neighbours.
+        let wrap = |column: u32| if column >= self.width { column - self.width } else { column };
+        let left = wrap(wrap(column));
+        let right = wrap(left + 1);
+        let [upper, lower] = ring.rows.map(|row| {
+            let row = &self.rows[row as usize];
+            Vec3A::from(row[left as usize]).lerp(Vec3A::from(row[right as usize]), share)
+        });
+        upper.lerp(lower, ring.share)
+    }
+}
+
+/// Edge of a texel, in radians, of a map with so many along its own.
+fn edge_of(size: u32) -> f64 {
+    (4.0 * PI).sqrt() / f64::from(size)
+}
+
+/// r of the equal-area map (with the sign of y) at |x| + |y| = `distance` of the square of [-1, 1].
+fn ring_r(distance: f64) -> f64 {
+    let height = 1.0 - distance;
+    (1.0 - height.abs()).copysign(height)
+}
+
+impl Ring {
+    /// `distance` as for [`ring_r`]; `cells` of them lie along an edge of the square.
+    fn new(environment: &Environment, distance: f64, cells: u32) -> Self {
+        let r = ring_r(distance);
+        let polar = polar_angle(r.abs());
+        let polar = if r < 0.0 { PI - polar } else { polar };
+        let height = environment.height;
+        let v = (polar * (f64::from(height) / PI) - 0.5).clamp(0.0, f64::from(height - 1));
+        let row = v as u32;
+        Self {
+            // An eighth of a turn for r, which is two cells for each of these.
+            step: 0.25 / (f64::from(cells) * r.abs()),
+            rows: [row, (row + 1).min(height - 1)],
+            share: (v - f64::from(row)) as f32,
+        }
+    }
+}
+
+/// Samples along an edge of the map's texel at this r: eight along each texel of the picture, which keeps the
 /// energy of a lone bright texel within 0.2 %, or four (0.4 %) in large maps, where eight take seconds; at least a quarter
 /// of that in a texel of the map, however little of the picture is in it; more near the poles, where the picture's texels are wedges, though no more than what [`widen_polar_texels`] leaves to do.
-fn samples_along_edge(environment: &Environment, edge: f64, centre: DVec2) -> u32 {
-    let (_, r) = square_to_azimuth(centre);
-    let sin_polar = r.abs() * (2.0 - r * r).sqrt();
+fn samples_along_edge(environment: &Environment, edge: f64, r: f64) -> u32 {
+    let sin_polar = r * (2.0 - r * r).sqrt();
     let column = TAU / f64::from(environment.width);
     let finest = (PI / f64::from(environment.height)).min(column);
     let wedges = edge / (column * sin_polar);
@@ -218,30 +320,30 @@ fn samples_along_edge(environment: &Environment, edge: f64, centre: DVec2) -> u3
     (base * texels).ceil() as u32
 }
 
-/// The picture with the rows near the poles averaged along the row, as wide as a quarter of a texel of the map: there
+/// The picture's rows, those near the poles averaged along the row, as wide as a quarter of a texel of the map: there
 /// many texels of the picture fall into one of the map, and point samples would miss some of them. A row keeps its
 /// sum.
-fn widen_polar_texels(environment: &Environment, edge: f64) -> Vec<Vec3A> {
+fn widen_polar_texels(environment: &Environment, edge: f64) -> Vec<Cow<'_, [[f32; 3]]>> {
     let (width, height) = (environment.width as usize, environment.height as usize);
-    let mut widened: Vec<Vec3A> = environment.texels.iter().copied().map(Vec3A::from).collect();
-    for (row, texels) in widened.chunks_exact_mut(width).enumerate() {
+    let rows = environment.texels.par_chunks_exact(width).enumerate();
+    let rows = rows.map(|(row, source)| {
         let sin_polar = (PI * (row as f64 + 0.5) / height as f64).sin();
         let reach = (0.25 * edge / (TAU / width as f64 * sin_polar) / 2.0).round() as usize;
         let reach = reach.min((width - 1) / 2);
         if reach == 0 {
-            continue;
+            return Cow::Borrowed(source);
         }
         // Sums in f64 of values whose f32 neighbours may be 1e38 times as large; recomputing is exact, running
         // sums would leave the large one's rounding error behind.
-        let source = texels.to_vec();
         let count = 2 * reach + 1;
-        for (column, texel) in texels.iter_mut().enumerate() {
+        let mean = |column: usize| {
             let first = column + width - reach;
-            let sum: DVec3 = (first..first + count).map(|c| source[c % width].as_dvec3()).sum();
-            *texel = (sum / count as f64).as_vec3a();
-        }
-    }
-    widened
+            let sum: DVec3 = (first..first + count).map(|c| Vec3::from(source[c % width]).as_dvec3()).sum();
+            (sum / count as f64).as_vec3().to_array()
+        };
+        Cow::Owned((0..width).map(mean).collect())
+    });
+    rows.collect()
 }
 
 /// Interpolated value of a latitude-longitude picture; the azimuth wraps around, the polar angle in [0, pi] is held

@@ -9,13 +9,19 @@ use exr::prelude::{
     WritableImage,
 };
 use glam::{DVec2, DVec3, Vec2, Vec4};
+use halfway::accel::Accel;
+use halfway::device::scene::DeviceScene;
+use halfway::device::shader::stitch_text;
+use halfway::device::{Kernel, PagedBuffer};
+use halfway::math::alias::AliasEntry;
 use halfway::math::equal_area::{sphere_to_square, square_to_sphere};
 use halfway::math::rng::{RandomKey, uniform4};
-use halfway::scene::{Environment, EqualAreaMap, SceneError};
+use halfway::scene::{Environment, EqualAreaMap, SceneError, SceneFeatures};
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
 use crate::gpu;
+use crate::judge::scene;
 
 fn environment(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Environment {
     Environment { name: "test".into(), width, height, texels, scale: 1.0, rotation: 0.0 }
@@ -268,7 +274,61 @@ fn n20_one_pixel_in_a_large_map_has_its_closed_form() {
     println!("worst error {worst:.2e}");
 }
 
-/// A device whose buffers are too small for the map gets a smaller one, of the same light.
+/// What the kernels take for a texel's density, from its radiance, is what the table draws it with; a sun of 10^7 beside
+/// dim and black texels.
+#[test]
+fn n20_texels_are_drawn_as_often_as_kernels_think() {
+    let texels = |i: u32| match i {
+        77 => [1e5, 2e7, 3e6],
+        i if i < 300 => [0.0; 3],
+        i if i < 600 => [1e-6, 3e-6, 0.0],
+        i => [(i % 17) as f32, 0.3, 0.1 * (i % 5) as f32],
+    };
+    let mut scene = scene([]);
+    scene.environment = Some(environment(64, 32, (0..2048).map(texels).collect()));
+    let accel = Accel::build(&scene).expect("a BVH");
+    let context = gpu::context();
+    let device =
+        DeviceScene::new(context, &scene, &accel, SceneFeatures::of(&scene)).expect("a device scene");
+    let table: Vec<AliasEntry> =
+        PagedBuffer::EnvironmentAlias.read(context, &device.buffers).expect("a table");
+    let mut units = vec![0u64; table.len()];
+    for (slot, entry) in table.iter().enumerate() {
+        let own = if entry.alias as usize == slot { 1 << 32 } else { u64::from(entry.threshold) };
+        units[slot] += own;
+        units[entry.alias as usize] += (1 << 32) - own;
+    }
+    let kernel = "#import lib/environment
+        @group(1) @binding(0) var<storage, read_write> densities: array<f32>;
+        @compute @workgroup_size(64)
+        fn main(@builtin(global_invocation_id) id: vec3u) {
+            if id.x < arrayLength(&densities) {
+                densities[id.x] = texel_pdf_solid(texel_radiance(id.x));
+            }
+        }";
+    let stitched = stitch_text("densities", kernel, device.kernel_features()).expect("directives");
+    let kernel = Kernel::from_stitched(context, "densities", &stitched, &device.constants).expect("a kernel");
+    let mut buffers = device.buffers.clone();
+    buffers.create(context, "densities", 4 * units.len() as u64).expect("a buffer");
+    let bound = kernel.bind(context, &buffers).expect("all buffers named");
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), units.len() as u32);
+    context.queue.submit([encoder.finish()]);
+    let densities: Vec<f32> = buffers.read_all(context, "densities").expect("densities");
+    let (mut worst, mut black) = (0.0f64, 0);
+    for (&have, &units) in densities.iter().zip(&units) {
+        let want = units as f64 / 2f64.powi(32) / (4.0 * PI);
+        assert_eq!(have == 0.0, units == 0);
+        black += u32::from(units == 0);
+        if units > 0 {
+            worst = worst.max((f64::from(have) / want - 1.0).abs());
+        }
+    }
+    println!("{black} black texels of {}, worst error {worst:.2e}", units.len());
+    assert!(black > 1000 && worst < 1e-6);
+}
+
+/// A smaller map is blurred, and has the same light.
 #[test]
 fn n20_a_smaller_map_keeps_the_energy() {
     let environment = one_hot(64, 32, 40, 16);

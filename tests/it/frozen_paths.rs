@@ -6,8 +6,10 @@ use halfway::accel::Accel;
 use halfway::device::layout::{Batch, Camera, Light, Material, THINNING_SHIFT, THINNING_UNITS};
 use halfway::device::scene::DeviceScene;
 use halfway::device::shader::stitch_text;
-use halfway::device::{Feature, Kernel};
+use halfway::device::{Feature, Kernel, PagedBuffer};
+use halfway::math::alias::AliasEntry;
 use halfway::math::equal_area::sphere_to_square;
+use halfway::math::shared_exponent::unpack;
 use halfway::scene::builtin::builtin;
 use halfway::scene::{Scene, SceneFeatures};
 
@@ -93,13 +95,25 @@ impl<'a> Bench<'a> {
                     space.picks.environment = pdf_select;
                     let size = device.constants.iter().find(|(name, _)| *name == "ENVIRONMENT_SIZE");
                     let size = size.expect("an environment").1;
-                    let bytes = (size * size) as u64 * 16;
-                    let texels = device.buffers.read(context, "environment_texels", bytes).expect("texels");
-                    let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&texels);
+                    let texels: Vec<[u32; 2]> =
+                        PagedBuffer::EnvironmentTexels.read(context, &device.buffers).expect("texels");
+                    let entries: Vec<AliasEntry> =
+                        PagedBuffer::EnvironmentAlias.read(context, &device.buffers).expect("a table");
+                    // How often a texel is drawn, by the table and not by what the kernels make of its radiance.
+                    let mut units = vec![0u64; entries.len()];
+                    for (slot, entry) in entries.iter().enumerate() {
+                        // A slot that is its own alias is full.
+                        let own =
+                            if entry.alias as usize == slot { 1 << 32 } else { u64::from(entry.threshold) };
+                        units[slot] += own;
+                        units[entry.alias as usize] += (1 << 32) - own;
+                    }
                     let texel = move |direction| {
                         let square = sphere_to_square(direction) * size;
                         let at = square.min(glam::DVec2::splat(size - 1.0)).floor();
-                        texels[(at.y * size + at.x) as usize].map(f64::from)
+                        let index = (at.y * size + at.x) as usize;
+                        let [r, g, b] = unpack(texels[index]).map(f64::from);
+                        [r, g, b, units[index] as f64 / (size * size * 2f64.powi(32))]
                     };
                     let radiance = texel.clone();
                     let scale = f64::from(device.radiance_exponent).exp2();

@@ -168,6 +168,32 @@ fn images_of_all_formats() {
     assert!(scene.warnings[0].problem.contains("8 bits"), "{:?}", scene.warnings);
 }
 
+/// Four entries with one picture's bytes are decoded once, and are one image.
+#[test]
+fn images_of_the_same_bytes_are_one() {
+    let mut file = textured(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        "emissiveTexture": {"index": 1},
+        "normalTexture": {"index": 2},
+    }));
+    let other = encode(&RgbImage::new(5, 5).into(), ImageFormat::Png);
+    let [again, unlike] = [png(), other].map(|bytes| file.texture(&bytes));
+    assert_eq!((again, unlike), (1, 2));
+    let scene = file.scene();
+    let images = |scene: &halfway::scene::Scene| {
+        scene.textures.iter().map(|texture| scene.images[texture.image as usize].width).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        scene.images.len(),
+        2,
+        "{:?}",
+        scene.images.iter().map(|image| &image.name).collect::<Vec<_>>()
+    );
+    let mut widths = images(&scene);
+    widths.sort_unstable();
+    assert_eq!(widths, [2, 2, 5]);
+}
+
 #[test]
 fn webp_by_extension_before_the_fallback() {
     let mut file = textured(json!({"emissiveTexture": {"index": 1}}));

@@ -32,6 +32,7 @@ mod emissive_alpha;
 mod environment;
 mod exposure;
 mod film;
+mod film_pages;
 mod film_sums;
 mod float_probe;
 mod frozen_paths;

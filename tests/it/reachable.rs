@@ -3,8 +3,9 @@
 
 use std::collections::{BTreeSet, HashSet};
 
+use halfway::device::scene::MOST_OTHER_BUFFERS;
 use halfway::device::shader::stitch;
-use halfway::device::{Feature, Features};
+use halfway::device::{Feature, Features, PagedBuffer, Pages};
 use halfway::integrator::kernels::{forms, kernels};
 use halfway::integrator::method::Given;
 use halfway::integrator::{METHODS, Plan};
@@ -102,7 +103,23 @@ fn assert_valid(scenes: impl IntoIterator<Item = Features>) {
     let faults: Vec<String> = texts
         .par_iter()
         .filter_map(|(kernel, features, stitched)| {
-            stitched.validate().err().map(|error| format!("{kernel} with {features:?}: {error}"))
+            let fault = match stitched.validate() {
+                Err(error) => error.to_string(),
+                Ok((module, info)) => {
+                    let uses = info.get_entry_point(0);
+                    let storage = |space| matches!(space, naga::AddressSpace::Storage { .. });
+                    let bound = module
+                        .global_variables
+                        .iter()
+                        .filter(|(handle, variable)| storage(variable.space) && !uses[*handle].is_empty());
+                    let (bound, extra) = (bound.count() as u32, features.pages().extra());
+                    if bound <= MOST_OTHER_BUFFERS + extra {
+                        return None;
+                    }
+                    format!("{bound} buffers, {extra} of them pages")
+                }
+            };
+            Some(format!("{kernel} with {features:?}: {fault}"))
         })
         .collect();
     println!("{} texts", texts.len());
@@ -124,4 +141,7 @@ fn s03_kernels_are_valid_for_every_built_in_scene() {
         assert_eq!(reachable(bits_of(*scene)), bits_of(*scene), "{name}");
     }
     assert_valid(scenes.map(Features::from));
+    let mut pages = Pages::default();
+    PagedBuffer::ALL.iter().for_each(|&buffer| pages.set(buffer, 3));
+    assert_valid(scenes.map(|scene| Features::from(scene).with_pages(pages)));
 }

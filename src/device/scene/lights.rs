@@ -3,22 +3,26 @@
 use std::f64::consts::PI;
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
+use super::Target;
 use super::units::{punctual_intensity, scaled};
 use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
-    TRIANGLE_FLIPPED, Triangle,
 };
-use crate::device::{BufferTable, Context, DeviceError};
-use crate::math::alias::{AliasTable, defensive_mix};
+use crate::device::{DeviceError, PagedBuffer};
+use crate::math::alias::{AliasEntry, AliasTable, alias_entries, defensive_mix};
 use crate::math::color::luminance;
 use crate::math::scale::scale_by_power_of_two;
+use crate::math::shared_exponent;
 use crate::scene::environment::EqualAreaMap;
-use crate::scene::{self, Environment, LightKind, Scene, SceneFeatures, TextureRef};
+use crate::scene::{self, LightKind, Mesh, Scene, SceneFeatures, TextureRef};
 
 /// Share of the picks that go evenly to all lights: the power of a light is a poor guide to what reaches a point.
 const DEFENSIVE_SHARE: f64 = 0.1;
+/// Share of the picks within an environment that go evenly to all texels that are not black.
+const EVEN_SHARE: f64 = 1.0 / 1024.0;
 
 /// Half angle in radians below which the rounding of directions (2^-24, and what a frame adds) is more than a few
 /// percent of a cone's.
@@ -58,39 +62,70 @@ pub(super) struct Lights {
     environment: Option<DeviceEnvironment>,
 }
 
-struct DeviceEnvironment {
+pub(super) struct DeviceEnvironment {
     size: u32,
     /// Index in `entries`.
     light: usize,
-    /// Radiance, and probability of the texel.
-    texels: Vec<[f32; 4]>,
-    alias: Vec<[u32; 2]>,
+    /// Radiance, packed by `shared_exponent`.
+    texels: Vec<[u32; 2]>,
+    alias: Vec<AliasEntry>,
+    /// Density per solid angle of a texel: its luminance times the first, plus the second.
+    pdf: [f64; 2],
     power: f64,
 }
 
 impl DeviceEnvironment {
-    /// `light`: its index in the list of lights. `None` where the strongest light is so strong that nothing is left of it.
+    /// `None` where the strongest light is so strong that nothing is left of it.
     ///
     /// # Errors
     /// Radiance that is no number.
-    fn new(map: &EqualAreaMap, light: usize, radiance_exponent: i32) -> Result<Option<Self>, DeviceError> {
-        let texels: Vec<Vec3> =
-            map.radiance.iter().map(|&texel| scaled(Vec3::from(texel), radiance_exponent)).collect();
-        let weights: Vec<f64> = texels.iter().map(|&texel| f64::from(luminance(texel))).collect();
-        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
-        if mean == 0.0 {
+    fn new(map: EqualAreaMap, radiance_exponent: i32) -> Result<Option<Self>, DeviceError> {
+        let factor = -radiance_exponent;
+        let scaled = |channel: f32| scale_by_power_of_two(f64::from(channel), factor) as f32;
+        let pack = |radiance: &[f32; 3]| shared_exponent::pack(radiance.map(scaled));
+        let texels: Vec<[u32; 2]> = map.radiance.par_iter().map(pack).collect();
+        drop(map.radiance);
+        let luminance = |&texel: &[u32; 2]| f64::from(luminance(shared_exponent::unpack(texel).into()));
+        let mut weights: Vec<f64> = texels.par_iter().map(luminance).collect();
+        let sum: f64 = weights.chunks(4096).map(|block| block.iter().sum::<f64>()).sum();
+        if sum == 0.0 {
             return Ok(None);
         }
-        let table = AliasTable::new(&weights)?;
-        let texels = texels.iter().enumerate();
+        // Kernels know a texel's probability by its radiance. A share that all texels have alike keeps the rounding to
+        // whole units of the table below that of f32.
+        let drawable = weights.iter().filter(|&&weight| weight > 0.0).count() as f64;
+        let (scale, floor) = ((1.0 - EVEN_SHARE) / sum, EVEN_SHARE / drawable);
+        weights
+            .iter_mut()
+            .filter(|weight| **weight > 0.0)
+            .for_each(|weight| *weight = *weight * scale + floor);
+        let count = weights.len() as f64;
+        let solid = count / (4.0 * PI);
         Ok(Some(Self {
             size: map.size,
-            light,
-            texels: texels.map(|(index, t)| [t.x, t.y, t.z, table.pdf_select(index) as f32]).collect(),
-            alias: table.entries().iter().map(|entry| [entry.threshold, entry.alias]).collect(),
+            light: 0,
+            texels,
+            alias: alias_entries(&weights)?,
+            pdf: [scale * solid, floor * solid],
             // Radiance over all directions, falling on the disc around the unit scene.
-            power: mean * 4.0 * PI.powi(2),
+            power: sum / count * 4.0 * PI.powi(2),
         }))
+    }
+}
+
+/// The environment as the device has it; none where it gives no light.
+///
+/// # Errors
+/// An environment whose scaled radiance is no number.
+pub(super) fn environment(
+    scene: &Scene,
+    features: &SceneFeatures,
+    radiance_exponent: i32,
+) -> Result<Option<DeviceEnvironment>, DeviceError> {
+    let environment = scene.environment.as_ref().filter(|_| features.environment);
+    match environment.map(EqualAreaMap::new).transpose()?.flatten() {
+        Some(map) => DeviceEnvironment::new(map, radiance_exponent),
+        None => Ok(None),
     }
 }
 
@@ -100,11 +135,11 @@ impl DeviceEnvironment {
 /// # Errors
 /// An environment whose scaled radiance is no number.
 pub(super) fn collect(
-    context: &Context,
     scene: &Scene,
     accel: &Accel,
     features: &SceneFeatures,
     radiance_exponent: i32,
+    environment: Option<DeviceEnvironment>,
 ) -> Result<Lights, DeviceError> {
     let mut lights = Lights {
         entries: Vec::new(),
@@ -124,7 +159,10 @@ pub(super) fn collect(
     if features.area_lights {
         // Spatial splits list a triangle more than once; it is one light all the same.
         let mut seen = std::collections::BTreeMap::new();
-        for (index, triangle) in accel.triangles.iter().enumerate() {
+        let emits: Vec<bool> =
+            scene.meshes.iter().map(|mesh| radiance(scene, mesh, radiance_exponent) > 0.0).collect();
+        let emitting = |(_, triangle): &(usize, &AccelTriangle)| emits[triangle.mesh as usize];
+        for (index, triangle) in accel.triangles.iter().enumerate().filter(emitting) {
             let known = seen.get(&(triangle.mesh, triangle.triangle)).copied();
             let light = known.unwrap_or_else(|| {
                 let power = triangle_power(scene, triangle, radiance_exponent);
@@ -166,13 +204,8 @@ pub(super) fn collect(
             }
         }
     }
-    let map = match (features.environment, &scene.environment) {
-        (true, Some(environment)) => map_that_fits(context, environment)?,
-        _ => None,
-    };
-    if let Some(map) = map
-        && let Some(environment) = DeviceEnvironment::new(&map, lights.entries.len(), radiance_exponent)?
-    {
+    if let Some(mut environment) = environment {
+        environment.light = lights.entries.len();
         add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, environment.power);
         lights.environment = Some(environment);
     }
@@ -207,61 +240,35 @@ fn warn_of_narrow_cone(light: &scene::PunctualLight, outer: f32) {
     }
 }
 
-/// The environment's map, halved until one buffer of the device holds it.
-///
-/// # Errors
-/// An environment whose scaled radiance is no number.
-fn map_that_fits(context: &Context, environment: &Environment) -> Result<Option<EqualAreaMap>, DeviceError> {
-    let limits = context.device.limits();
-    let most =
-        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / size_of::<[f32; 4]>() as u64;
-    let wanted = EqualAreaMap::size_for(environment);
-    let mut size = wanted;
-    while u64::from(size) * u64::from(size) > most && size > 1 {
-        size /= 2;
-    }
-    if size < wanted {
-        log::warn!(
-            "the environment of {}x{} texels is larger than a buffer of this device; it is shown as one of \
-             {size}x{size} directions in place of {wanted}x{wanted}, without its finest detail",
-            environment.width,
-            environment.height
-        );
-    }
-    Ok(EqualAreaMap::with_size(environment, size)?)
-}
-
 impl Lights {
     /// Uploads what there is.
-    pub(super) fn upload(
-        &self,
-        context: &Context,
-        buffers: &mut BufferTable,
-        constants: &mut Vec<(&'static str, f64)>,
-    ) -> Result<(), DeviceError> {
+    pub(super) fn upload(&self, target: &mut Target<'_>) -> Result<(), DeviceError> {
         if !self.entries.is_empty() {
-            buffers.upload(context, "lights", &self.entries)?;
+            target.buffers.upload(target.context, "lights", &self.entries)?;
         }
         if !self.punctual.is_empty() {
-            buffers.upload(context, "punctual_lights", &self.punctual)?;
+            target.buffers.upload(target.context, "punctual_lights", &self.punctual)?;
         }
         if let Some(environment) = &self.environment {
-            buffers.upload(context, "environment_texels", &environment.texels)?;
-            buffers.upload(context, "environment_alias", &environment.alias)?;
+            target.upload(PagedBuffer::EnvironmentTexels, &environment.texels)?;
+            target.upload(PagedBuffer::EnvironmentAlias, &environment.alias)?;
+            let constants = &mut target.constants;
             constants.push(("ENVIRONMENT_SIZE", f64::from(environment.size)));
             constants.push(("ENVIRONMENT_LIGHT", environment.light as f64));
+            constants.push(("ENVIRONMENT_PDF_SCALE", environment.pdf[0]));
+            constants.push(("ENVIRONMENT_PDF_FLOOR", environment.pdf[1]));
         }
         Ok(())
     }
 
-    /// What each entry is, in their order; `triangles` as the device has them.
-    pub(super) fn describe(&self, triangles: &[Triangle]) -> Vec<LightSourceInfo> {
+    /// What each entry is, in their order.
+    pub(super) fn describe(&self, accel: &Accel) -> Vec<LightSourceInfo> {
         let kind = |light: &Light| match light.kind {
             LIGHT_TRIANGLE => {
-                let triangle = &triangles[light.index as usize];
-                let [a, b, c] = [triangle.v0, triangle.v1, triangle.v2].map(Vec3::from);
+                let triangle = &accel.triangles[light.index as usize];
+                let [a, b, c] = triangle.vertices;
                 let cross = (b - a).as_dvec3().cross((c - a).as_dvec3());
-                let flip = if triangle.material_flags & TRIANGLE_FLIPPED != 0 { -1.0 } else { 1.0 };
+                let flip = if triangle.flipped { -1.0 } else { 1.0 };
                 SourceKind::Triangle {
                     position: (a + b + c) / 3.0,
                     normal: (flip * cross.normalize_or_zero()).as_vec3(),
@@ -288,19 +295,18 @@ impl Lights {
     }
 }
 
+/// Luminance that a mesh emits where its texture is white.
+fn radiance(scene: &Scene, mesh: &Mesh, radiance_exponent: i32) -> f32 {
+    let material = &scene.materials[mesh.material as usize];
+    luminance(scaled(if material.unlit { material.base_color } else { material.emission }, radiance_exponent))
+}
+
 /// Luminous power in unit space, up to a common factor: area times the mean radiance over the triangle.
 fn triangle_power(scene: &Scene, triangle: &AccelTriangle, radiance_exponent: i32) -> f64 {
     let mesh = &scene.meshes[triangle.mesh as usize];
     let material = &scene.materials[mesh.material as usize];
-    let (factor, texture) = if material.unlit {
-        (material.base_color, material.base_color_texture)
-    } else {
-        (material.emission, material.emission_texture)
-    };
-    let radiance = luminance(scaled(factor, radiance_exponent));
-    if radiance <= 0.0 {
-        return 0.0;
-    }
+    let texture = if material.unlit { material.base_color_texture } else { material.emission_texture };
+    let radiance = radiance(scene, mesh, radiance_exponent);
     let [a, b, c] = triangle.vertices.map(|vertex| vertex.as_dvec3());
     let area = 0.5 * (b - a).cross(c - a).length();
     let sides = if material.double_sided { 2.0 } else { 1.0 };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
+use super::Target;
 use super::thinning::thinning_units;
 use super::units::scaled;
 use crate::accel::UnitSpace;
@@ -11,20 +12,21 @@ use crate::device::layout::{
     MATERIAL_DELTA, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MATERIAL_VOLUME, Material,
     TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, THINNING_SHIFT, THINNING_UNITS, TextureSlot,
 };
-use crate::device::{BufferTable, Context, DeviceError};
+use crate::device::pages::PageWriter;
+use crate::device::{DeviceError, PagedBuffer};
 use crate::scene::{self, AlphaMode, Filter, Scene, SceneFeatures, TextureRef};
 
 /// Uploads `materials`, and `texture_slots` and `texels` where the scene has textures. True where connections of some material
 /// are thinned.
 pub(super) fn upload(
-    context: &Context,
-    buffers: &mut BufferTable,
+    target: &mut Target<'_>,
     scene: &Scene,
     unit: &UnitSpace,
     features: &SceneFeatures,
     radiance_exponent: i32,
 ) -> Result<bool, DeviceError> {
-    let mut textures = Textures { scene, slots: Vec::new(), texels: Vec::new(), placed: BTreeMap::new() };
+    let mut textures =
+        Textures { scene, slots: Vec::new(), images: Vec::new(), placed: BTreeMap::new(), end: 0 };
     let mut materials = Vec::with_capacity(scene.materials.len().max(1));
     let mut thins = false;
     for material in &scene.materials {
@@ -60,10 +62,10 @@ pub(super) fn upload(
             transmission_texture: slot(material.transmission_texture, false),
         });
     }
-    buffers.upload(context, "materials", &materials)?;
+    target.buffers.upload(target.context, "materials", &materials)?;
     if features.textures {
-        buffers.upload(context, "texture_slots", &textures.slots)?;
-        buffers.upload(context, "texels", &textures.texels)?;
+        target.buffers.upload(target.context, "texture_slots", &textures.slots)?;
+        textures.upload(target)?;
     }
     Ok(thins)
 }
@@ -96,9 +98,12 @@ fn absorption(material: &scene::Material, unit: &UnitSpace) -> Vec3 {
 struct Textures<'a> {
     scene: &'a Scene,
     slots: Vec<TextureSlot>,
-    texels: Vec<u32>,
-    /// First texel of each image that has been copied.
+    /// Those that have a place, in its order.
+    images: Vec<u32>,
+    /// First texel of each of them.
     placed: BTreeMap<u32, u32>,
+    /// Texels of all of them.
+    end: u64,
 }
 
 impl Textures<'_> {
@@ -106,10 +111,11 @@ impl Textures<'_> {
     fn slot(&mut self, reference: TextureRef, srgb: bool) -> u32 {
         let texture = self.scene.textures[reference.texture as usize];
         let image = &self.scene.images[texture.image as usize];
-        let texels = &mut self.texels;
+        let (images, end) = (&mut self.images, &mut self.end);
         let offset = *self.placed.entry(texture.image).or_insert_with(|| {
-            let offset = texels.len() as u32;
-            texels.extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
+            images.push(texture.image);
+            let offset = *end as u32;
+            *end += image.texels.len() as u64;
             offset
         });
         let bit = |set: bool, flag: u32| if set { flag } else { 0 };
@@ -132,5 +138,15 @@ impl Textures<'_> {
             pad1: 0,
         });
         self.slots.len() as u32
+    }
+
+    /// Straight from the images: there is no copy of all of them.
+    fn upload(&self, target: &mut Target<'_>) -> Result<(), DeviceError> {
+        let mut writer = PageWriter::new(target.context, &mut target.buffers, PagedBuffer::Texels, self.end)?;
+        for &image in &self.images {
+            writer.push(&self.scene.images[image as usize].texels)?;
+        }
+        writer.finish(&mut target.pages, &mut target.constants);
+        Ok(())
     }
 }

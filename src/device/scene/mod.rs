@@ -2,6 +2,7 @@
 
 mod lights;
 mod materials;
+mod memory;
 mod thinning;
 mod units;
 mod vertices;
@@ -12,12 +13,14 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 
 pub use lights::{LightSourceInfo, SourceKind};
+pub use memory::{SceneMemory, mebibytes};
 
 use super::buffer::BufferTable;
 use super::context::Context;
 use super::features::{Feature, Features};
 use super::layout::{self, Camera};
-use crate::accel::{Accel, UnitSpace};
+use super::pages::{PageWriter, PagedBuffer, Pages};
+use crate::accel::{Accel, AccelTriangle, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
 use crate::math::scale::normalising_exponent;
@@ -27,6 +30,10 @@ use units::punctual_intensity;
 /// Sizes of the traversal's stack in `shaders/lib/traverse.wgsl`.
 const STACK: u32 = 16;
 const DEEP_STACK: u32 = 64;
+/// The most storage buffers that a kernel binds, each buffer of the scene in one page; a test knows them all.
+pub const MOST_OTHER_BUFFERS: u32 = 32;
+/// Items that the host converts at a time while it uploads.
+const ITEMS_AT_ONCE: usize = 1 << 16;
 
 /// A scene on a device, with what its kernels must be compiled with. Clones share the device's memory.
 #[derive(Clone)]
@@ -48,6 +55,10 @@ pub struct DeviceScene {
     pub thins: bool,
     /// Surfaces all but touch.
     thin_gaps: bool,
+    /// Of its buffers.
+    pub pages: Pages,
+    /// Of the upload's time, what the environment's map and table took.
+    pub environment_time: Duration,
     pub upload_time: Duration,
 }
 
@@ -63,41 +74,55 @@ impl DeviceScene {
         mut features: SceneFeatures,
     ) -> Result<Self, DeviceError> {
         let start = Instant::now();
-        let mut buffers = BufferTable::default();
+        let buffers = BufferTable::default();
         if accel.depth > DEEP_STACK {
             return Err(DeviceError::TreeTooDeep { depth: accel.depth, limit: DEEP_STACK });
         }
-        let mut constants = Vec::new();
         let radiance_exponent = radiance_exponent(scene, &accel.unit);
-        let lights = lights::collect(context, scene, accel, &features, radiance_exponent)?;
+        let environment_start = Instant::now();
+        let environment = lights::environment(scene, &features, radiance_exponent)?;
+        let environment_time = environment_start.elapsed();
+        let lights = lights::collect(scene, accel, &features, radiance_exponent, environment)?;
         lights.restrict(&mut features);
 
-        buffers.upload(context, "nodes", &accel.nodes)?;
-        let triangles = triangles(scene, accel, &lights.of_triangle);
-        buffers.upload(context, "triangles", &triangles)?;
+        let mut target = Target { context, buffers, pages: Pages::default(), constants: Vec::new() };
+        target.upload(PagedBuffer::Nodes, &accel.nodes)?;
+        let count = accel.triangles.len();
+        target.upload_by(PagedBuffer::Triangles, count, 1, |range, words| {
+            words.extend(
+                range.map(|index| triangle(scene, &accel.triangles[index], lights.of_triangle[index])),
+            );
+        })?;
         if !accel.covers.is_empty() {
-            buffers.upload(context, "covers", &accel.covers)?;
+            target.upload(PagedBuffer::Covers, &accel.covers)?;
         }
-        let thins =
-            materials::upload(context, &mut buffers, scene, &accel.unit, &features, radiance_exponent)?;
+        let thins = materials::upload(&mut target, scene, &accel.unit, &features, radiance_exponent)?;
         if Features::from(features).contains(Feature::Attributes) {
-            vertices::upload(context, &mut buffers, &mut constants, scene, accel, &features)?;
+            vertices::upload(&mut target, scene, accel, &features)?;
         }
         if !features.lambert_only {
-            buffers.upload(context, "ggx_albedo_table", &GgxAlbedo::new().texels)?;
+            target.buffers.upload(context, "ggx_albedo_table", &GgxAlbedo::new().texels)?;
         }
-        lights.upload(context, &mut buffers, &mut constants)?;
+        lights.upload(&mut target)?;
+        let Target { buffers, pages, constants, .. } = target;
+        check_bindings(
+            pages,
+            context.page_bytes,
+            context.device.limits().max_storage_buffers_per_shader_stage,
+        )?;
         Ok(Self {
             buffers,
             features,
             constants,
             unit: accel.unit,
             radiance_exponent,
-            lights: lights.describe(&triangles).into(),
+            lights: lights.describe(accel).into(),
             deep_tree: accel.depth > STACK,
             coincident: !accel.covers.is_empty(),
             thins: thins && !features.punctual_lights,
             thin_gaps: accel.thin_gaps,
+            pages,
+            environment_time,
             upload_time: start.elapsed(),
         })
     }
@@ -114,7 +139,7 @@ impl DeviceScene {
         if self.thin_gaps {
             features.insert(Feature::ThinGaps);
         }
-        features
+        features.with_pages(self.pages)
     }
 }
 
@@ -186,36 +211,76 @@ fn radiance_exponent(scene: &Scene, unit: &UnitSpace) -> i32 {
         f64::from(material.emission.max_element().max(unlit))
     });
     let punctual = scene.lights.iter().map(|light| punctual_intensity(light, unit).max_element());
-    let environment = scene.environment.iter().flat_map(|environment| {
-        let scale = environment.scale;
-        environment.texels.iter().flatten().map(move |&texel| f64::from(texel * scale))
+    let environment = scene.environment.iter().map(|environment| {
+        let brightest = environment.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b));
+        f64::from(brightest * environment.scale)
     });
     let strongest = surfaces.chain(punctual).chain(environment).fold(0.0, f64::max);
     normalising_exponent(strongest).map_or(0, |exponent| -exponent)
 }
 
-fn triangles(scene: &Scene, accel: &Accel, light_of_triangle: &[u32]) -> Vec<layout::Triangle> {
-    accel
-        .triangles
-        .iter()
-        .zip(light_of_triangle)
-        .map(|(triangle, &light)| {
-            let material = scene.meshes[triangle.mesh as usize].material;
-            let mut flags = if triangle.flipped { layout::TRIANGLE_FLIPPED } else { 0 };
-            if scene.materials[material as usize].alpha_mode != scene::AlphaMode::Opaque {
-                flags |= layout::TRIANGLE_ALPHA;
-            }
-            if scene.materials[material as usize].culled {
-                flags |= layout::TRIANGLE_CULLED;
-            }
-            layout::Triangle {
-                v0: triangle.vertices[0].to_array(),
-                material_flags: material | flags,
-                v1: triangle.vertices[1].to_array(),
-                light,
-                v2: triangle.vertices[2].to_array(),
-                cover: triangle.cover,
-            }
-        })
-        .collect()
+fn triangle(scene: &Scene, triangle: &AccelTriangle, light: u32) -> layout::Triangle {
+    let material = scene.meshes[triangle.mesh as usize].material;
+    let mut flags = if triangle.flipped { layout::TRIANGLE_FLIPPED } else { 0 };
+    if scene.materials[material as usize].alpha_mode != scene::AlphaMode::Opaque {
+        flags |= layout::TRIANGLE_ALPHA;
+    }
+    if scene.materials[material as usize].culled {
+        flags |= layout::TRIANGLE_CULLED;
+    }
+    layout::Triangle {
+        v0: triangle.vertices[0].to_array(),
+        material_flags: material | flags,
+        v1: triangle.vertices[1].to_array(),
+        light,
+        v2: triangle.vertices[2].to_array(),
+        cover: triangle.cover,
+    }
+}
+
+/// Where the scene's buffers go.
+struct Target<'a> {
+    context: &'a Context,
+    buffers: BufferTable,
+    pages: Pages,
+    constants: Vec<(&'static str, f64)>,
+}
+
+impl Target<'_> {
+    /// A buffer that the host has as a whole.
+    fn upload<T: bytemuck::Pod>(&mut self, buffer: PagedBuffer, data: &[T]) -> Result<(), DeviceError> {
+        let elements = size_of_val(data) as u64 / buffer.element();
+        let mut writer = PageWriter::new(self.context, &mut self.buffers, buffer, elements)?;
+        writer.push(data)?;
+        writer.finish(&mut self.pages, &mut self.constants);
+        Ok(())
+    }
+
+    /// A buffer of `count` items of `size` elements each that `make` makes for ranges of them: the host never has all of it.
+    fn upload_by<T: bytemuck::Pod>(
+        &mut self,
+        buffer: PagedBuffer,
+        count: usize,
+        size: usize,
+        mut make: impl FnMut(std::ops::Range<usize>, &mut Vec<T>),
+    ) -> Result<(), DeviceError> {
+        let mut writer = PageWriter::new(self.context, &mut self.buffers, buffer, (count * size) as u64)?;
+        let mut items = Vec::new();
+        for first in (0..count).step_by(ITEMS_AT_ONCE) {
+            items.clear();
+            make(first..count.min(first + ITEMS_AT_ONCE), &mut items);
+            writer.push(&items)?;
+        }
+        writer.finish(&mut self.pages, &mut self.constants);
+        Ok(())
+    }
+}
+
+/// A kernel binds a buffer for each page.
+fn check_bindings(pages: Pages, page_bytes: u64, limit: u32) -> Result<(), DeviceError> {
+    let needed = pages.extra() + MOST_OTHER_BUFFERS;
+    if pages.extra() > 0 && needed > limit {
+        return Err(DeviceError::TooManyPages { pages: pages.extra(), page_bytes, needed, limit });
+    }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! What connecting by subspaces needs on the device: the model, and the light cache sorted by light subspace.
 
 use crate::device::layout::{Hit, PathRay, Triangle};
-use crate::device::{Bound, Context, DeviceError, Kernel};
+use crate::device::{Bound, Context, DeviceError, Kernel, PagedBuffer};
 use crate::subspace::Model;
 use crate::subspace::guide::{cell_bounds, even_cells};
 
@@ -122,7 +122,7 @@ impl Subspaces {
         context: &Context,
         wavefront: &mut Wavefront,
     ) -> Result<Vec<FirstSubspaces>, DeviceError> {
-        let triangles: Vec<Triangle> = wavefront.buffers.read_all(context, "triangles")?;
+        let triangles: Vec<Triangle> = PagedBuffer::Triangles.read(context, &wavefront.buffers)?;
         let Some([labels, _]) = &self.labels else { return Ok(Vec::new()) };
         let mut all = Vec::new();
         for batch in wavefront.batches(0, 1) {

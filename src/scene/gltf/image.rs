@@ -1,5 +1,7 @@
 //! Textures and images: which ones the materials use, and decoding those.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -150,28 +152,53 @@ impl<'a> TextureTable<'a> {
         Ok(([wrap(&sampler.wrap_s)?, wrap(&sampler.wrap_t)?], filter))
     }
 
-    /// Reads and decodes the images in use, on all threads. `None` for those that cannot be read, and for the one that
-    /// stands in for faulty textures.
+    /// Reads and decodes the images in use, on all threads; images of the same bytes once, and `textures` then share that
+    /// one. `None` for those that cannot be read, and for the one that stands in for faulty textures.
     ///
     /// # Errors
     /// More pixels than the limit; where strict, those of [`uri::fetch`] and [`decode`].
     pub fn decode_images(
-        &self,
+        &mut self,
         buffers: &Buffers<'_>,
         base_dir: Option<&Path>,
         options: &LoadOptions,
         faults: &mut Faults,
     ) -> Result<Vec<Option<Image>>, SceneError> {
-        let decoded: Vec<_> = self
-            .image_sources
-            .par_iter()
-            .map(|source| match source {
-                Source::File(index) => Some(self.decode_image(*index, buffers, base_dir, options)),
-                Source::StandIn | Source::Gloss(..) => None,
+        let files = self.image_sources.par_iter().map(|source| match source {
+            Source::File(index) => Some(self.read_image(*index, buffers, base_dir, options)),
+            Source::StandIn | Source::Gloss(..) => None,
+        });
+        let files: Vec<Option<Result<Cow<'_, [u8]>, SceneError>>> = files.collect();
+        let mut first_of: HashMap<&[u8], usize> = HashMap::new();
+        let twins: Vec<Option<usize>> = (0..files.len())
+            .map(|place| {
+                let Some(Ok(bytes)) = &files[place] else { return None };
+                Some(*first_of.entry(&**bytes).or_insert(place)).filter(|&first| first != place)
             })
             .collect();
+        let decoded = files.into_par_iter().enumerate().map(|(place, bytes)| {
+            let (bytes, Source::File(index)) = (bytes?, self.image_sources[place]) else { return None };
+            if twins[place].is_some() {
+                return None;
+            }
+            let name = self.image_name(index).map_or_else(|| format!("images[{index}]"), str::to_string);
+            Some(bytes.and_then(|bytes| decode(name, &bytes, options)))
+        });
+        let decoded: Vec<_> = decoded.collect();
+
         let mut images: Vec<Option<Image>> = Vec::with_capacity(decoded.len());
-        for (decoded, &source) in decoded.into_iter().zip(&self.image_sources) {
+        // Where each source's image is.
+        let mut places: Vec<usize> = Vec::with_capacity(decoded.len());
+        for (place, (decoded, &source)) in decoded.into_iter().zip(&self.image_sources).enumerate() {
+            if let (Some(first), Source::File(index)) = (twins[place], source) {
+                places.push(places[first]);
+                if images[places[first]].is_none() {
+                    let problem = "it is the same as an image before it, which cannot be read";
+                    faults.note(self.image_place(index), problem, "save it again as PNG, JPEG or WebP");
+                }
+                continue;
+            }
+            places.push(images.len());
             let (Some(decoded), Source::File(index)) = (decoded, source) else {
                 images.push(None);
                 continue;
@@ -191,25 +218,26 @@ impl<'a> TextureTable<'a> {
         for (place, &source) in self.image_sources.iter().enumerate() {
             let Source::Gloss(index, factor) = source else { continue };
             let picture = self.image_sources.iter().position(|known| *known == Source::File(index));
-            let picture = picture.and_then(|picture| images[picture].as_ref());
-            images[place] = picture.map(|picture| roughness(picture, f32::from_bits(factor)));
+            let picture = picture.and_then(|picture| images[places[picture]].as_ref());
+            images[places[place]] = picture.map(|picture| roughness(picture, f32::from_bits(factor)));
         }
+        self.textures.iter_mut().for_each(|texture| texture.image = places[texture.image as usize] as u32);
         Ok(images)
     }
 
-    fn decode_image(
+    /// The file of an image.
+    fn read_image<'b>(
         &self,
         index: usize,
-        buffers: &Buffers<'_>,
+        buffers: &'b Buffers<'_>,
         base_dir: Option<&Path>,
         options: &LoadOptions,
-    ) -> Result<(Image, bool), SceneError> {
+    ) -> Result<Cow<'b, [u8]>, SceneError> {
         let place = format!("images[{index}]");
         let source = self.document.get(Index::<json::Image>::new(index as u32), &place)?;
-        let name = self.image_name(index).unwrap_or(&place).to_string();
         match (&source.uri, source.buffer_view) {
-            (Some(uri), None) => decode(name, &uri::fetch(uri, base_dir, options)?, options),
-            (None, Some(view)) => decode(name, buffers.view(view, &place)?.bytes, options),
+            (Some(uri), None) => uri::fetch(uri, base_dir, options).map(Cow::Owned),
+            (None, Some(view)) => Ok(Cow::Borrowed(buffers.view(view, &place)?.bytes)),
             _ => {
                 let detail = "an image needs either a uri or a bufferView";
                 Err(SceneError::invalid(place, "ONE_OF_MISMATCH", detail))
