@@ -11,6 +11,8 @@ use crate::device::context::adapters;
 use crate::device::host_memory::{free_memory, used_memory};
 use crate::device::scene::{SceneMemory, mebibytes};
 use crate::device::{DeviceError, Feature, Features};
+use crate::integrator::View;
+use crate::render::{PictureMemory, RenderOptions};
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
@@ -95,6 +97,12 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
     let now = used_memory();
     let host = mebibytes(now.unwrap_or(0) + memory.host_peak);
     println!("  host {host} at the peak, before the picture");
+    let pixel = |first_hit_layers| {
+        let view = View::sized(1, 1);
+        let memory = PictureMemory::of(&RenderOptions { view, first_hit_layers, ..RenderOptions::default() });
+        memory.device + memory.host
+    };
+    println!("  a picture: {} bytes a pixel beside that, {} with an EXR's layers", pixel(false), pixel(true));
     let Some(adapter) = adapters().into_iter().next() else { return Ok(()) };
     let (info, limits) = (adapter.get_info(), adapter.limits());
     let page_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);

@@ -26,6 +26,11 @@ pub enum RenderError {
     )]
     TooManyPixels { width: u32, height: u32 },
     #[error(
+        "a picture of {width}x{height} pixels takes {needed} of memory while it is rendered, and {free} are free; render it in \
+         parts (--crop X,Y,WIDTH,HEIGHT), or a smaller one (--size)"
+    )]
+    PictureTooLarge { width: u32, height: u32, needed: String, free: String },
+    #[error(
         "interrupted while it learnt, so there is nothing to save yet; start it again, or ask for fewer --train-paths"
     )]
     Interrupted,
@@ -68,7 +73,7 @@ impl RenderError {
             | Self::OtherRender { .. }
             | Self::UnknownRun { .. } => Fault::Input,
             Self::Interrupted | Self::InterruptedAtOnce => Fault::Interrupted,
-            Self::Thread { .. } | Self::NoSampleInTime => Fault::Machine,
+            Self::PictureTooLarge { .. } | Self::Thread { .. } | Self::NoSampleInTime => Fault::Machine,
             Self::Panicked { .. } => Fault::Defect,
             Self::Film(error) => error.fault(),
             Self::Accel(error) => error.fault(),

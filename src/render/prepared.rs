@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::seen::{Seen, SeenLayers, Surfaces};
-use super::{Budget, LearningTime, RenderOptions, Renderer, Report, Stop, TimeLimit};
+use super::{Budget, LearningTime, PictureMemory, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::{Accel, without_wide_triangles};
 use crate::device::layout::Camera;
 use crate::device::scene::{DeviceScene, SceneMemory};
@@ -107,6 +107,7 @@ impl Prepared {
     pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
         let camera = camera_of(scene, options.camera)?;
         check_region(&options.view.region(), options.view.width, options.view.height)?;
+        PictureMemory::of(&options).check(context, &options)?;
         let plan = options.method.plan();
         let mut prepared = Self::of(
             &Uploaded::for_layers(context, scene, options.features, options.seen)?,

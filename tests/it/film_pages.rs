@@ -3,7 +3,7 @@
 use halfway::device::Context;
 use halfway::film::Picture;
 use halfway::integrator::{Bdpt, LightTracing, LvcBpt, Method, View};
-use halfway::render::{Budget, RenderOptions, Renderer};
+use halfway::render::{Budget, PictureMemory, RenderError, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::{builtin, closed};
 
@@ -14,15 +14,18 @@ use crate::gpu;
 const SIZE: (u32, u32) = (64, 48);
 const BINDING: u64 = 56 << 10;
 
-fn render(context: &Context, scene: &Scene, method: Method) -> (Renderer, Picture) {
-    let options = RenderOptions {
+fn options(method: Method) -> RenderOptions {
+    RenderOptions {
         view: View { width: SIZE.0, height: SIZE.1, max_depth: Some(12), ..View::default() },
         budget: Budget { samples: Some(9), ..Budget::default() },
         method,
         first_hit_layers: true,
         ..RenderOptions::default()
-    };
-    let mut renderer = Renderer::new(context, scene, options).expect("a renderer");
+    }
+}
+
+fn render(context: &Context, scene: &Scene, method: Method) -> (Renderer, Picture) {
+    let mut renderer = Renderer::new(context, scene, options(method)).expect("a renderer");
     renderer.run(|_| false).expect("a render");
     let picture = renderer.picture().expect("a picture");
     (renderer, picture)
@@ -68,6 +71,21 @@ fn assert_pages_do_not_show(scene: &Scene, method: Method) -> Picture {
     let pages = renderer.buffers().filter(|(name, _)| name.starts_with("film page")).count();
     assert_eq!(pages, 3, "{}", method.name());
     assert!(renderer.buffers().all(|(_, buffer)| buffer.size() <= BINDING));
+    let per_pixel = ["film page", "splats page", "first_hits page"];
+    let found = renderer.buffers().filter(|(name, _)| per_pixel.iter().any(|kind| name.starts_with(kind)));
+    let foretold = PictureMemory::of(&options(method)).device;
+    assert_eq!(found.map(|(_, buffer)| buffer.size()).sum::<u64>(), foretold, "{}", method.name());
     assert_same(&paged, &whole, method.name());
     paged
+}
+
+/// Before the scene is built, which would take long: a picture that no memory holds.
+#[test]
+fn r08_a_picture_that_does_not_fit_is_refused_at_once() {
+    let scene = builtin("cornell").expect("a built-in scene");
+    let view = View::sized(60_000, 60_000);
+    let options = RenderOptions { view, ..options(Method::Path) };
+    let error = Renderer::new(gpu::context(), &scene, options).err().expect("a refusal");
+    assert!(matches!(error, RenderError::PictureTooLarge { .. }), "{error}");
+    assert!(error.to_string().contains("--crop"), "{error}");
 }
