@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use glam::{DVec3, Vec3};
-use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, Strategy, View};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, PcBpt, Strategy, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Material, Mesh, PunctualLight, Scene};
@@ -113,7 +113,8 @@ pub fn assert_strategies_alone_are_right(method: Method, longest: u32, seeds: u6
 /// The weighted pictures of all strategies are the picture (C-14).
 #[test]
 fn c14_strategies_add_up() {
-    for method in [BDPT_T1, BDPT, lvcbpt(100, 3, true)] {
+    let by_records = PcBpt { light_paths: Some(20), light_tracing: true, ..PcBpt::default() };
+    for method in [BDPT_T1, BDPT, lvcbpt(100, 3, true), Method::RisBpt(by_records)] {
         let options = RenderOptions {
             view: View { max_depth: Some(4), ..options([16, 12], 8).view },
             method,

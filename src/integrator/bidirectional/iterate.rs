@@ -3,8 +3,8 @@
 use super::{Bidirectional, PILOT_SAMPLE, RESERVE};
 use crate::device::layout::{Batch, Counts};
 use crate::device::{Context, DeviceError};
-use crate::integrator::Selector;
 use crate::integrator::wavefront::{Bounces, Size, Stage, total};
+use crate::integrator::{Selector, Weights};
 
 /// Iterations that tell weights of records: docs/measurements.md.
 const LEARNING_ITERATIONS: u32 = 4;
@@ -292,12 +292,12 @@ impl Bidirectional {
     /// # Errors
     /// A lost device.
     pub(super) fn learn_from_records(&mut self, context: &Context) -> Result<(), DeviceError> {
-        if !self.wants_to_learn || self.records.is_none() {
+        let seed = Some(self.wavefront.settings.view.seed);
+        let Some(records) = &mut self.records else { return Ok(()) };
+        if self.plan.weights != Weights::Resampling || self.learnt_by == seed {
             return Ok(());
         }
-        if let Some(records) = &mut self.records {
-            records.forget();
-        }
+        records.forget();
         for iteration in 0..LEARNING_ITERATIONS {
             let template = self.wavefront.batches(PILOT_SAMPLE - 1 - iteration, 1)[0];
             self.prepare_records(context, &template)?;
@@ -309,7 +309,7 @@ impl Bidirectional {
                 records.learn(context, &self.wavefront, iteration, self.light_paths)?;
             }
         }
-        self.wants_to_learn = false;
+        self.learnt_by = seed;
         Ok(())
     }
 }

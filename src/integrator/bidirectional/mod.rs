@@ -56,8 +56,8 @@ pub(crate) struct Bidirectional {
     records: Option<Records>,
     /// How many of them the pilot found.
     pilot_records: u32,
-    /// Weights have to learn of records before the next sample.
-    wants_to_learn: bool,
+    /// The seed of the iterations that told weights of records; `None`: they know nothing of this view's.
+    learnt_by: Option<u64>,
     /// Vertices that the cache holds, and light paths.
     capacity: u32,
     cached_paths: u32,
@@ -138,7 +138,7 @@ impl Bidirectional {
             subspaces,
             records,
             pilot_records: 0,
-            wants_to_learn: plan.weights == Weights::Resampling,
+            learnt_by: None,
             capacity: 0,
             cached_paths: 0,
             stages: Stages::default(),
@@ -282,7 +282,7 @@ impl Integrator for Bidirectional {
 
     fn aim(&mut self, context: &Context, camera: &Camera, region: Region) -> Result<(), DeviceError> {
         self.wavefront.aim(context, camera, region)?;
-        self.wants_to_learn = self.plan.weights == Weights::Resampling;
+        self.learnt_by = None;
         self.divide(context);
         if self.cached_paths() > self.cached_paths {
             self.make_cache(context, self.first_vertices(context).max(self.capacity.into()))?;
