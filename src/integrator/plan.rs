@@ -27,7 +27,8 @@ pub enum Selector {
     Uniform,
     /// A light subspace by Gamma, then a vertex of it by its power.
     Subspaces,
-    /// By the tables of the nearest records, or any: `share` of the pixels has an eye path that leaves records, in each sample.
+    /// By the tables of the nearest records, or any: in each sample `share` of the pixels has an eye path that leaves
+    /// records.
     Records { share: f64 },
 }
 

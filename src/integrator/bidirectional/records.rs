@@ -296,8 +296,8 @@ impl Records {
         std::mem::take(&mut self.has_grown)
     }
 
-    /// Learns from the tables as they are, which `before` others have gone before, and which come from so many light paths. All
-    /// records that follow know of it.
+    /// Learns from the tables as they are, which `before` others have gone before, and which come from so many light paths.
+    /// All records that follow know of it.
     ///
     /// # Errors
     /// A lost device.
