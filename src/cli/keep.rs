@@ -68,9 +68,9 @@ impl KeepArgs {
         self.checkpoint.is_some()
     }
 
-    /// It goes on from one.
-    pub fn resumes(&self) -> bool {
-        self.resume.is_some()
+    /// The file that it goes on from.
+    pub fn resumes(&self) -> Option<&Path> {
+        self.resume.as_deref()
     }
 
     /// Tries the files that are to be written.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, Parser as _};
 
 use super::args::method::{MethodArgs, ModelArgs};
 use super::args::picture::{PictureArgs, SeedArgs, ViewArgs};
@@ -17,8 +17,9 @@ use super::output::{Format, Output, is_part, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
-use super::{CliError, Exit, passes, strategies, summary};
+use super::{Cli, CliError, Command, Exit, passes, strategies, summary};
 use crate::device::layout::SAMPLES_A_GROUP;
+use crate::film::checkpoint::SavedRender;
 use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::{Method, View};
@@ -109,8 +110,9 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
     let scene_hash = scene.content_hash();
-    let method = args.method.method()?;
+    let method = args.named_method()?;
     let mut options = args.options(&scene, camera, &files)?;
+    options.method = method.unwrap_or(options.method);
     options.model = args.model.load(scene_hash, method)?;
     args.check_portion(method, &options, &scene)?;
     let strategies = match args.strategies {
@@ -249,6 +251,30 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
 }
 
 impl RenderArgs {
+    /// What the command of a file asks for, and whether it says no more than it has to.
+    ///
+    /// # Errors
+    /// Why it is no render.
+    pub fn of(command: &[String]) -> Result<(Box<Self>, bool), String> {
+        let program = std::iter::once("halfway".to_owned());
+        let cli =
+            Cli::try_parse_from(program.chain(command.iter().cloned())).map_err(|error| error.to_string())?;
+        match cli.command {
+            Command::Render(render) => Ok((render, cli.quiet)),
+            _ => Err("it is of no render".into()),
+        }
+    }
+
+    /// The integrator that is asked for, or that of the render to go on with, for which it was chosen before; `None` where
+    /// it is to be chosen.
+    fn named_method(&self) -> Result<Option<Method>, CliError> {
+        let named = self.method.method()?;
+        let Some(path) = self.keep.resumes().filter(|_| named.is_none()) else { return Ok(named) };
+        let command = SavedRender::read_header(path)?.command;
+        // A file whose command is none of this version's is refused with all that differs.
+        Ok(Self::of(&command).ok().map(|(render, _)| render.method.method()).transpose()?.flatten())
+    }
+
     /// The pictures to write, after every output was tried.
     fn files(&self) -> Result<Vec<PathBuf>, InputError> {
         let files = match (self.output.is_empty(), &self.keep.samples) {
@@ -280,7 +306,7 @@ impl RenderArgs {
             ("--strategies", self.strategies.is_some()),
             ("--debug", self.debug.is_some()),
             ("--model", self.model.is_given()),
-            ("--checkpoint or --resume", self.keep.keeps() || self.keep.resumes()),
+            ("--checkpoint or --resume", self.keep.keeps() || self.keep.resumes().is_some()),
         ];
         match flags.into_iter().find(|&(_, given)| given && self.outputs.light_groups) {
             Some((flag, _)) => Err(InputError::Usage(format!(

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser as _};
+use clap::Args;
 
 use super::args::InputError;
 use super::keep::without;
-use super::{Cli, CliError, Command, Exit, render};
+use super::render::RenderArgs;
+use super::{CliError, Exit, render};
 use crate::film::checkpoint::SavedRender;
 
 /// Options of `halfway resume`.
@@ -45,22 +46,16 @@ pub fn run(args: &ResumeArgs, quiet: bool) -> Result<Exit, CliError> {
         command = without(&command, &["--spp", "--time", "--error"]);
         command.extend(limits);
     }
-    let unusable = |reason: String| {
+    let (mut render, was_quiet) = RenderArgs::of(&command).map_err(|reason| {
         InputError::Usage(format!(
             "{} does not say how to go on: {reason}; give the render's own command again, with --resume",
             path.display()
         ))
-    };
-    let program = std::iter::once("halfway".to_owned());
-    let cli =
-        Cli::try_parse_from(program.chain(command.clone())).map_err(|error| unusable(error.to_string()))?;
-    let Command::Render(mut render) = cli.command else {
-        return Err(unusable("it is of no render".into()).into());
-    };
+    })?;
     // Where that is gone, perhaps on another machine, the files may lie here.
     if std::env::set_current_dir(&header.folder).is_err() {
         log::warn!("the folder {} is not there; files are looked for in this one", header.folder);
     }
     render.keep = std::mem::take(&mut render.keep).going_on(&path, command);
-    render::run(&render, quiet || cli.quiet)
+    render::run(&render, quiet || was_quiet)
 }

@@ -114,6 +114,19 @@ fn r06_a_killed_render_goes_on_bit_for_bit() {
         .assert(2, &["transparent not given there, yes here"]);
 }
 
+/// What goes on without `-i` is not chosen anew: a short render would be path tracing.
+#[test]
+fn r06_a_resumed_render_keeps_its_integrator() {
+    let case = Case::new();
+    let render = "render builtin:cornell --size 16x16 -o out.exr";
+    case.run(&format!("{render} -i light --spp 8 --checkpoint kept")).assert(0, &[]);
+    case.run(&format!("{render} --spp 16 --resume kept")).assert(0, &["16 spp"]);
+    let resumed = case.picture("out.exr");
+    case.run(&format!("{render} -i light --spp 16")).assert(0, &[]);
+    assert!(pixels(&resumed) == pixels(&case.picture("out.exr")), "other bits");
+    case.run(&format!("{render} -i path --spp 16 --resume kept")).assert(2, &["light", "path"]);
+}
+
 /// The one device that is always full.
 #[test]
 #[cfg(target_os = "linux")]
