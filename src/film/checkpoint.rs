@@ -15,6 +15,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::state::{FilmState, GroupPixel};
@@ -153,51 +154,49 @@ impl SavedRender {
 
     fn write_arrays(&self, out: &mut Writer<impl Write>) -> io::Result<()> {
         let FilmState { sums, open, groups } = &self.film;
+        let pixels = sums.pixels.len();
         for c in 0..3 {
-            out.floats(&format!("sum {c}"), sums.pixels.iter().map(|pixel| pixel.sum[c]))?;
-            out.floats(&format!("squares {c}"), sums.pixels.iter().map(|pixel| pixel.sum_sq[c]))?;
+            out.floats(&format!("sum {c}"), pixels, |i| sums.pixels[i].sum[c])?;
+            out.floats(&format!("squares {c}"), pixels, |i| sums.pixels[i].sum_sq[c])?;
         }
-        out.counts("count", sums.pixels.iter().map(|pixel| pixel.count))?;
-        out.counts("groups", sums.pixels.iter().map(|pixel| pixel.groups))?;
-        out.counts("non-finite", sums.pixels.iter().map(|pixel| pixel.non_finite))?;
-        let levels = sums.rests.iter().map(|levels| levels.len() as u64);
-        out.counts("rest levels", levels)?;
-        out.floats(
-            "rests",
-            sums.rests.iter().flatten().flat_map(|level| level.as_flattened().iter().copied()),
-        )?;
+        out.counts("count", pixels, |i| sums.pixels[i].count)?;
+        out.counts("groups", pixels, |i| sums.pixels[i].groups)?;
+        out.counts("non-finite", pixels, |i| sums.pixels[i].non_finite)?;
+        out.counts("rest levels", sums.rests.len(), |i| sums.rests[i].len() as u64)?;
+        let levels: Vec<&[f64]> = sums.rests.iter().flatten().map(|level| level.as_flattened()).collect();
+        const LEVEL: usize = 6 * BLOCK;
+        out.floats("rests", levels.len() * LEVEL, |i| levels[i / LEVEL][i % LEVEL])?;
         if !sums.earlier.is_empty() {
             let earlier = &sums.earlier;
-            out.counts("earlier counts", earlier.iter().flat_map(|e| [e.count, e.groups, e.non_finite]))?;
-            let sums = |e: &Earlier| {
+            let count = |e: &Earlier, i: usize| [e.count, e.groups, e.non_finite][i];
+            out.counts("earlier counts", 3 * pixels, |i| count(&earlier[i / 3], i % 3))?;
+            let sum = |e: &Earlier, i: usize| {
                 let ([a, b, c], [va, vb, vc]) = (e.sum, e.variance);
-                [e.weight, a, b, c, va, vb, vc]
+                [e.weight, a, b, c, va, vb, vc][i]
             };
-            out.floats("earlier sums", earlier.iter().flat_map(sums))?;
+            out.floats("earlier sums", 7 * pixels, |i| sum(&earlier[i / 7], i % 7))?;
         }
         // Plane by plane: what is the same in all pixels takes no room.
         for (block, film) in open {
             let value = |pixel: &FilmPixel, i: usize| [pixel.sum, pixel.sum_sq, pixel.open][i / 3][i % 3];
-            let values = (0..9).flat_map(|i| film.iter().map(move |pixel| f64::from(value(pixel, i))));
-            out.floats(&format!("open {block} sums"), values)?;
+            let values = |i: usize| f64::from(value(&film[i % pixels], i / pixels));
+            out.floats(&format!("open {block} sums"), 9 * pixels, values)?;
             let count = |pixel: &FilmPixel, i: usize| [pixel.count, pixel.non_finite, pixel.open_groups][i];
-            let counts = (0..3).flat_map(|i| film.iter().map(move |pixel| u64::from(count(pixel, i))));
-            out.counts(&format!("open {block} counts"), counts)?;
+            let counts = |i: usize| u64::from(count(&film[i % pixels], i / pixels));
+            out.counts(&format!("open {block} counts"), 3 * pixels, counts)?;
         }
         for (index, group) in groups {
-            let values = (0..3).flat_map(|i| group.iter().map(move |pixel| f64::from(pixel.sum[i])));
-            out.floats(&format!("group {index} sums"), values)?;
+            let values = |i: usize| f64::from(group[i % pixels].sum[i / pixels]);
+            out.floats(&format!("group {index} sums"), 3 * pixels, values)?;
             let count = |pixel: &GroupPixel, i: usize| [pixel.count, pixel.non_finite][i];
-            let counts = (0..2).flat_map(|i| group.iter().map(move |pixel| u64::from(count(pixel, i))));
-            out.counts(&format!("group {index} counts"), counts)?;
+            let counts = |i: usize| u64::from(count(&group[i % pixels], i / pixels));
+            out.counts(&format!("group {index} counts"), 2 * pixels, counts)?;
         }
         for (layer, (name, values)) in
             self.layers.iter().flat_map(|layer| layer.channels.iter().map(move |channel| (layer, channel)))
         {
-            out.floats(
-                &format!("layer {}.{name}", layer.name),
-                values.iter().map(|value| f64::from(*value)),
-            )?;
+            let name = format!("layer {}.{name}", layer.name);
+            out.floats(&name, values.len(), |i| f64::from(values[i]))?;
         }
         self.model.iter().try_for_each(|model| out.record("model", model))
     }
@@ -206,22 +205,8 @@ impl SavedRender {
     fn from_records(header: Header, mut records: BTreeMap<String, Vec<u8>>) -> Option<Self> {
         let [width, height] = header.size;
         let pixels = (width as usize).checked_mul(height as usize)?;
-        let mut floats = |name: &str, count: usize| floats(&records.remove(name)?, count);
-        let mut planes = Vec::new();
-        for c in 0..3 {
-            planes.push([floats(&format!("sum {c}"), pixels)?, floats(&format!("squares {c}"), pixels)?]);
-        }
+        let sums_of_pixels = sums_of_pixels(&mut records, pixels)?;
         let mut take = |name: &str, count: usize| counts(&records.remove(name)?, count);
-        let [count, groups, non_finite] =
-            [take("count", pixels)?, take("groups", pixels)?, take("non-finite", pixels)?];
-        let pixel = |i: usize| PixelSums {
-            sum: [0, 1, 2].map(|c| planes[c][0][i]),
-            sum_sq: [0, 1, 2].map(|c| planes[c][1][i]),
-            count: count[i],
-            groups: groups[i],
-            non_finite: non_finite[i],
-        };
-        let sums_of_pixels = (0..pixels).map(pixel).collect();
         let levels = take("rest levels", pixels.div_ceil(BLOCK))?;
         let total =
             levels.iter().try_fold(0usize, |sum, levels| sum.checked_add(usize::try_from(*levels).ok()?))?;
@@ -271,6 +256,39 @@ impl SavedRender {
         }
         Some(Self { header, film, layers, model })
     }
+}
+
+/// The planes of sums put together, without any of them being there as a whole: memory that is new each time takes longer
+/// than what is done with it.
+fn sums_of_pixels(records: &mut BTreeMap<String, Vec<u8>>, pixels: usize) -> Option<Vec<PixelSums>> {
+    let of_channel = |name: &'static str| (0..3).map(move |c| format!("{name} {c}"));
+    let names = of_channel("sum").chain(of_channel("squares"));
+    let names = names.chain(["count", "groups", "non-finite"].map(String::from));
+    let planes: Vec<Vec<u8>> = names.map(|name| records.remove(&name)).collect::<Option<_>>()?;
+    let planes: Vec<Vec<Kept>> = planes.iter().map(|plane| kept(plane, pixels)).collect::<Option<_>>()?;
+    let mut sums = vec![PixelSums::default(); pixels];
+    sums.par_chunks_mut(CHUNK).enumerate().for_each(|(index, sums)| {
+        let mut values = [0.0; CHUNK];
+        let mut floats = |plane: usize, put: fn(&mut PixelSums) -> &mut f64| {
+            planes[plane][index].fill(&mut values[..sums.len()], from_half, f64::from_bits);
+            sums.iter_mut().zip(&values).for_each(|(sums, value)| *put(sums) = *value);
+        };
+        floats(0, |sums| &mut sums.sum[0]);
+        floats(1, |sums| &mut sums.sum[1]);
+        floats(2, |sums| &mut sums.sum[2]);
+        floats(3, |sums| &mut sums.sum_sq[0]);
+        floats(4, |sums| &mut sums.sum_sq[1]);
+        floats(5, |sums| &mut sums.sum_sq[2]);
+        let mut values = [0; CHUNK];
+        let mut counts = |plane: usize, put: fn(&mut PixelSums) -> &mut u64| {
+            planes[plane][index].fill(&mut values[..sums.len()], u64::from, |whole| whole);
+            sums.iter_mut().zip(&values).for_each(|(sums, value)| *put(sums) = *value);
+        };
+        counts(6, |sums| &mut sums.count);
+        counts(7, |sums| &mut sums.groups);
+        counts(8, |sums| &mut sums.non_finite);
+    });
+    Some(sums)
 }
 
 /// An open block's pixels.
@@ -325,83 +343,110 @@ impl<W: Write> Writer<W> {
         self.bytes(data)
     }
 
-    fn floats(&mut self, name: &str, values: impl Iterator<Item = f64>) -> io::Result<()> {
+    /// So many numbers, each asked for once, by any thread.
+    fn floats(&mut self, name: &str, count: usize, value: impl Fn(usize) -> f64 + Sync) -> io::Result<()> {
         let half = |bits: u64| {
             let value = f64::from_bits(bits);
             let half = value as f32;
             (f64::from(half).to_bits() == bits).then(|| half.to_bits())
         };
-        self.record(name, &chunks(values.map(f64::to_bits), half))
+        self.record(name, &chunks(count, |i| value(i).to_bits(), half))
     }
 
-    fn counts(&mut self, name: &str, values: impl Iterator<Item = u64>) -> io::Result<()> {
-        self.record(name, &chunks(values, |value| u32::try_from(value).ok()))
+    /// As [`floats`](Self::floats).
+    fn counts(&mut self, name: &str, count: usize, value: impl Fn(usize) -> u64 + Sync) -> io::Result<()> {
+        self.record(name, &chunks(count, value, |value| u32::try_from(value).ok()))
     }
 }
 
-/// The numbers as they are kept. `half`: in half the bytes, where nothing is lost.
-fn chunks(values: impl Iterator<Item = u64>, half: impl Fn(u64) -> Option<u32>) -> Vec<u8> {
-    let mut values = values.peekable();
-    let (mut data, mut chunk, mut halves) =
-        (Vec::new(), Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK));
-    while values.peek().is_some() {
-        chunk.clear();
-        chunk.extend(values.by_ref().take(CHUNK));
-        let (first, others) = (chunk[0], &chunk[1..]);
-        if others.iter().all(|value| *value == first) {
-            data.push(SAME);
-            data.extend(first.to_le_bytes());
-            continue;
+/// Numbers as they are kept. `half`: in half the bytes, where nothing is lost.
+fn chunks(
+    count: usize,
+    value: impl Fn(usize) -> u64 + Sync,
+    half: impl Fn(u64) -> Option<u32> + Sync,
+) -> Vec<u8> {
+    let kept = (0..count.div_ceil(CHUNK)).into_par_iter().map(|index| {
+        let values: Vec<u64> = (index * CHUNK..count.min((index + 1) * CHUNK)).map(&value).collect();
+        if values.iter().all(|value| *value == values[0]) {
+            return [&[SAME][..], &values[0].to_le_bytes()].concat();
         }
-        halves.clear();
-        halves.extend(chunk.iter().map_while(|value| half(*value)));
-        if halves.len() == chunk.len() {
+        let halves: Vec<u32> = values.iter().map_while(|value| half(*value)).collect();
+        let mut data = Vec::with_capacity(1 + 8 * values.len());
+        if halves.len() == values.len() {
             data.push(HALF);
             halves.iter().for_each(|half| data.extend(half.to_le_bytes()));
         } else {
             data.push(WHOLE);
-            chunk.iter().for_each(|value| data.extend(value.to_le_bytes()));
+            values.iter().for_each(|value| data.extend(value.to_le_bytes()));
         }
-    }
-    data
+        data
+    });
+    kept.collect::<Vec<_>>().concat()
 }
 
 fn floats(data: &[u8], count: usize) -> Option<Vec<f64>> {
-    numbers(data, count, |half| f64::from(f32::from_bits(half)), f64::from_bits)
+    numbers(data, count, from_half, f64::from_bits)
 }
 
 fn counts(data: &[u8], count: usize) -> Option<Vec<u64>> {
     numbers(data, count, u64::from, |whole| whole)
 }
 
-/// Numbers from what [`chunks`] has made of them; memory is asked for only as bytes are there.
-fn numbers<T: Copy>(
-    mut data: &[u8],
-    count: usize,
-    half: impl Fn(u32) -> T,
-    whole: impl Fn(u64) -> T,
-) -> Option<Vec<T>> {
-    let mut numbers = Vec::new();
-    while numbers.len() < count {
-        let length = CHUNK.min(count - numbers.len());
-        let (kept, rest) = data.split_first()?;
-        let bytes = match *kept {
+fn from_half(half: u32) -> f64 {
+    f64::from(f32::from_bits(half))
+}
+
+/// A chunk as it is kept.
+struct Kept<'a> {
+    how: u8,
+    bytes: &'a [u8],
+}
+
+impl Kept<'_> {
+    fn fill<T: Copy>(&self, numbers: &mut [T], half: impl Fn(u32) -> T, whole: impl Fn(u64) -> T) {
+        let wholes = self.bytes.as_chunks().0.iter().map(|bytes| whole(u64::from_le_bytes(*bytes)));
+        match self.how {
+            SAME => wholes.take(1).for_each(|same| numbers.fill(same)),
+            HALF => {
+                let halves = self.bytes.as_chunks().0.iter().map(|bytes| half(u32::from_le_bytes(*bytes)));
+                numbers.iter_mut().zip(halves).for_each(|(number, half)| *number = half);
+            }
+            _ => numbers.iter_mut().zip(wholes).for_each(|(number, whole)| *number = whole),
+        }
+    }
+}
+
+/// Where the chunks of so many numbers are, each behind the one before; what is in them any thread may read.
+fn kept(mut data: &[u8], count: usize) -> Option<Vec<Kept<'_>>> {
+    let mut chunks = Vec::new();
+    let mut left = count;
+    while left > 0 {
+        let length = CHUNK.min(left);
+        let (how, rest) = data.split_first()?;
+        let bytes = match *how {
             SAME => 8,
             HALF => 4 * length,
             WHOLE => 8 * length,
             _ => return None,
         };
-        let (chunk, rest) = rest.split_at_checked(bytes)?;
-        match *kept {
-            SAME => {
-                numbers.extend(std::iter::repeat_n(whole(u64::from_le_bytes(chunk.try_into().ok()?)), length))
-            }
-            HALF => numbers.extend(chunk.as_chunks().0.iter().map(|bytes| half(u32::from_le_bytes(*bytes)))),
-            _ => numbers.extend(chunk.as_chunks().0.iter().map(|bytes| whole(u64::from_le_bytes(*bytes)))),
-        }
-        data = rest;
+        let (bytes, rest) = rest.split_at_checked(bytes)?;
+        chunks.push(Kept { how: *how, bytes });
+        (data, left) = (rest, left - length);
     }
-    data.is_empty().then_some(numbers)
+    data.is_empty().then_some(chunks)
+}
+
+/// Numbers from what [`chunks`] has made of them; memory is asked for only when all bytes are there.
+fn numbers<T: Copy + Default + Send>(
+    data: &[u8],
+    count: usize,
+    half: impl Fn(u32) -> T + Sync,
+    whole: impl Fn(u64) -> T + Sync,
+) -> Option<Vec<T>> {
+    let kept = kept(data, count)?;
+    let mut numbers = vec![T::default(); count];
+    numbers.par_chunks_mut(CHUNK).zip(kept).for_each(|(numbers, kept)| kept.fill(numbers, &half, &whole));
+    Some(numbers)
 }
 
 struct Reader<'a> {
