@@ -76,7 +76,7 @@ features! {
         AreaLights area_lights, [Lights], "one shadow ray per surface, shared by all lights";
         Unlit unlit, [], "a test per surface";
         PunctualLights punctual_lights, [Lights], "one shadow ray per surface, shared by all lights";
-        Environment environment, [Lights], "24 bytes per texel; misses are shaded";
+        Environment environment, [Lights], "16 bytes per texel; misses are shaded";
     }
     others {
         // From the scene.
