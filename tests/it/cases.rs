@@ -43,7 +43,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")
 }
 
-fn white() -> Environment {
+pub fn white() -> Environment {
     Environment {
         name: "white".into(),
         width: 16,

@@ -31,6 +31,7 @@ mod device;
 mod emissive_alpha;
 mod environment;
 mod exposure;
+mod extremes;
 mod film;
 mod film_pages;
 mod film_sums;
