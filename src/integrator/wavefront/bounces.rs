@@ -152,6 +152,11 @@ impl Wavefront {
         stages: &[Stage],
     ) -> Result<(), DeviceError> {
         let arguments = self.buffers.get("arguments")?;
+        // A pass of their own only where each is timed: it costs as much as two dispatches.
+        let mut shared = match self.timing {
+            Some(_) => None,
+            None => Some(encoder.begin_compute_pass(&Default::default()).forget_lifetime()),
+        };
         for stage in stages {
             let extent = match stage.size {
                 Size::Count(count) => Extent::Count(count),
@@ -159,7 +164,10 @@ impl Wavefront {
                 Size::Shadow => Extent::Indirect(arguments, 16),
                 Size::Connections(slots) => Extent::Indirect(arguments, 16 + 16 * u64::from(slots)),
             };
-            record(encoder, &mut self.timing, &stage.kernel, extent);
+            match &mut shared {
+                Some(pass) => dispatch(pass, &stage.kernel, extent),
+                None => record(encoder, &mut self.timing, &stage.kernel, extent),
+            }
         }
         Ok(())
     }
@@ -243,8 +251,12 @@ pub(crate) fn record(
     let timestamp_writes = timing.as_mut().and_then(|timing| timing.writes(&kernel.name));
     let mut pass = encoder
         .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&kernel.name), timestamp_writes });
+    dispatch(&mut pass, kernel, extent);
+}
+
+fn dispatch(pass: &mut wgpu::ComputePass, kernel: &Bound, extent: Extent) {
     match extent {
-        Extent::Count(invocations) => kernel.dispatch(&mut pass, invocations),
-        Extent::Indirect(arguments, offset) => kernel.dispatch_indirect(&mut pass, arguments, offset),
+        Extent::Count(invocations) => kernel.dispatch(pass, invocations),
+        Extent::Indirect(arguments, offset) => kernel.dispatch_indirect(pass, arguments, offset),
     }
 }
