@@ -9,7 +9,7 @@ use super::{CliError, Exit};
 use crate::accel::{Accel, without_wide_triangles};
 use crate::device::context::adapters;
 use crate::device::host_memory::{free_memory, used_memory};
-use crate::device::scene::{SceneMemory, mebibytes};
+use crate::device::scene::{SceneMemory, readable_bytes};
 use crate::device::{DeviceError, Feature, Features};
 use crate::integrator::View;
 use crate::render::{PictureMemory, RenderOptions};
@@ -90,12 +90,12 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
     let parts: Vec<String> = memory
         .buffers
         .iter()
-        .map(|&(buffer, bytes)| format!("{} {}", buffer.name(), mebibytes(bytes)))
+        .map(|&(buffer, bytes)| format!("{} {}", buffer.name(), readable_bytes(bytes)))
         .collect();
     println!("memory that the scene takes, as foretold:");
-    println!("  device {}: {}", mebibytes(memory.device()), parts.join(", "));
+    println!("  device {}: {}", readable_bytes(memory.device()), parts.join(", "));
     let now = used_memory();
-    let host = mebibytes(now.unwrap_or(0) + memory.host_peak);
+    let host = readable_bytes(now.unwrap_or(0) + memory.host_peak);
     println!("  host {host} at the peak, before the picture");
     let pixel = |first_hit_layers| {
         let view = View::sized(1, 1);
@@ -108,7 +108,7 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
     let page_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let is_cpu = info.device_type == wgpu::DeviceType::Cpu;
     if is_cpu {
-        let both = mebibytes(now.unwrap_or(0) + memory.together());
+        let both = readable_bytes(now.unwrap_or(0) + memory.together());
         println!("  host and device are one here: {both} at the peak");
     }
     let free = if is_cpu { free_memory() } else { None };

@@ -4,7 +4,7 @@ use super::{RenderError, RenderOptions};
 use crate::device::Context;
 use crate::device::host_memory::free_memory;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
-use crate::device::scene::mebibytes;
+use crate::device::scene::readable_bytes;
 use crate::film::Region;
 use crate::film::sums::{PixelSums, SAMPLES_A_FLUSH};
 use crate::integrator::wavefront::SPLAT_WORDS;
@@ -61,7 +61,7 @@ impl PictureMemory {
         match free {
             Some(free) if needed > free => {
                 let Region { width, height, .. } = options.view.region();
-                let [needed, free] = [needed, free].map(mebibytes);
+                let [needed, free] = [needed, free].map(readable_bytes);
                 Err(RenderError::PictureTooLarge { width, height, needed, free })
             }
             _ => Ok(()),

@@ -116,11 +116,11 @@ impl SceneMemory {
                     .buffers
                     .iter()
                     .take(3)
-                    .map(|&(buffer, bytes)| format!("{} {}", buffer.name(), mebibytes(bytes)))
+                    .map(|&(buffer, bytes)| format!("{} {}", buffer.name(), readable_bytes(bytes)))
                     .collect();
                 Err(DeviceError::SceneTooLarge {
-                    needed: mebibytes(needed),
-                    free: mebibytes(free),
+                    needed: readable_bytes(needed),
+                    free: readable_bytes(free),
                     largest: largest.join(", "),
                     advice: self.advice(),
                 })
@@ -142,6 +142,10 @@ impl SceneMemory {
 }
 
 /// For people.
-pub fn mebibytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+pub fn readable_bytes(bytes: u64) -> String {
+    let mebibytes = bytes as f64 / f64::from(1 << 20);
+    match mebibytes < 4096.0 {
+        true => format!("{mebibytes:.1} MiB"),
+        false => format!("{:.1} GiB", mebibytes / 1024.0),
+    }
 }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 
 pub use lights::{LightSourceInfo, SourceKind};
-pub use memory::{SceneMemory, mebibytes};
+pub use memory::{SceneMemory, readable_bytes};
 
 use super::buffer::BufferTable;
 use super::context::Context;
