@@ -3,8 +3,11 @@
 
 /// Bits of a channel.
 const BITS: i32 = 18;
+const CHANNEL: u32 = (1 << BITS) - 1;
 /// Exponents as `f32` has them: biased, in eight bits.
 const BIAS: i32 = 127;
+/// The largest: that of the largest `f32`'s last bit of [`BITS`].
+const MOST: i32 = 2 * BIAS - (BITS - 1);
 
 /// The colour whose largest channel is within 2^-18 of `color`'s as a share, and the others within as much of that. All of
 /// it is finite and not negative; what has no channel above 2^-108 becomes black.
@@ -20,9 +23,14 @@ pub fn pack(color: [f32; 3]) -> [u32; 2] {
     };
     let mut exponent = exponent;
     let mut channels = whole(exponent);
-    if channels.into_iter().any(|channel| channel >> BITS != 0) {
-        exponent += 1;
-        channels = whole(exponent);
+    if channels.into_iter().any(|channel| channel > CHANNEL) {
+        if exponent < MOST {
+            exponent += 1;
+            channels = whole(exponent);
+        } else {
+            // Up would be infinite.
+            channels = channels.map(|channel| channel.min(CHANNEL));
+        }
     }
     let [r, g, b] = channels;
     [r | g << BITS, g >> (32 - BITS) | b << 4 | (exponent as u32) << 22]
@@ -30,7 +38,6 @@ pub fn pack(color: [f32; 3]) -> [u32; 2] {
 
 /// The colour that is meant.
 pub fn unpack([low, high]: [u32; 2]) -> [f32; 3] {
-    const CHANNEL: u32 = (1 << BITS) - 1;
     let channels = [low & CHANNEL, (low >> BITS | high << (32 - BITS)) & CHANNEL, high >> 4 & CHANNEL];
     let unit = 2f64.powi((high >> 22) as i32 - BIAS);
     channels.map(|channel| (f64::from(channel) * unit) as f32)
