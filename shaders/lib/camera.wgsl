@@ -37,7 +37,6 @@ struct CameraView {
     pdf_area: f32,
 }
 
-
 /// Pixel of a point of the film in [0, 1)^2.
 fn film_pixel(film_point: vec2f) -> u32 {
     if !all(film_point >= vec2f(0.0)) {

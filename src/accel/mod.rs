@@ -154,9 +154,9 @@ impl Accel {
         let bvh = build_bvh(&triangles);
         let depth = depth(&bvh, 0);
         let CwBvh { nodes, primitive_indices, .. } = bvh;
-        let ordered = primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
         // What is not in the BVH's order goes before more is made.
-        drop((std::mem::replace(&mut triangles, ordered), primitive_indices));
+        triangles = primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        drop(primitive_indices);
         let overlaps = coincident::overlaps(&triangles);
         coincidence.overlaps = overlaps.len();
         let mut emitters: Vec<u32> = overlaps.as_flattened().to_vec();

@@ -69,14 +69,22 @@ impl Environment {
         })
     }
 
+    /// The largest channel of any texel, before it is scaled.
+    pub fn brightest(&self) -> f32 {
+        self.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b))
+    }
+
     /// Radiance from a world direction (towards the environment, any length), scaled and rotated.
     pub fn radiance(&self, world_direction: DVec3) -> DVec3 {
         let d = world_direction.normalize();
         // atan2 keeps the digits near the poles that acos loses.
         let polar = (d.x * d.x + d.z * d.z).sqrt().atan2(d.y);
         let azimuth = d.x.atan2(-d.z) + f64::from(self.rotation).rem_euclid(TAU);
-        let texel = |index: usize| Vec3A::from(self.texels[index]);
-        bilinear(self.width, self.height, azimuth, polar, texel).as_dvec3() * f64::from(self.scale)
+        let turns = azimuth * (1.0 / TAU) + 0.5;
+        // Whole columns from the left of the picture before.
+        let u = (turns - turns.floor()) * f64::from(self.width) + (f64::from(self.width) - 0.5);
+        let texel = |row: u32, column: u32| self.texels[row as usize * self.width as usize + column as usize];
+        Between::new(self.height, polar).bilinear(self.width, u, texel).as_dvec3() * f64::from(self.scale)
     }
 }
 
@@ -167,7 +175,7 @@ impl EqualAreaMap {
     /// Those of [`EqualAreaMap::new`].
     pub fn with_size(environment: &Environment, size: u32) -> Result<Option<Self>, SceneError> {
         let Environment { scale, rotation, .. } = *environment;
-        let brightest = environment.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b));
+        let brightest = environment.brightest();
         if !(scale >= 0.0 && rotation.is_finite() && (brightest * scale).is_finite()) {
             return Err(SceneError::EnvironmentScale { scale, rotation, brightest });
         }
@@ -200,9 +208,36 @@ impl EqualAreaMap {
 struct Ring {
     /// Turns by which the azimuth changes from one sample to the next.
     step: f64,
-    /// The rows between which they lie, and how near to the second.
+    rows: Between,
+}
+
+/// The rows of a picture between which a polar angle lies, and how near to the second.
+#[derive(Clone, Copy, Default)]
+struct Between {
     rows: [u32; 2],
     share: f32,
+}
+
+impl Between {
+    /// The polar angle in [0, pi] is held beyond the centres of the first and last row.
+    fn new(height: u32, polar: f64) -> Self {
+        let v = (polar * (f64::from(height) / PI) - 0.5).clamp(0.0, f64::from(height - 1));
+        let row = v as u32;
+        Self { rows: [row, (row + 1).min(height - 1)], share: (v - f64::from(row)) as f32 }
+    }
+
+    /// Interpolated value at a column `u`, less than two whole turns from the left; `texel` by row and column.
+    fn bilinear(self, width: u32, u: f64, texel: impl Fn(u32, u32) -> [f32; 3]) -> Vec3A {
+        let column = u as u32;
+        let share = (u - f64::from(column)) as f32;
+        // The first and the last column are neighbours.
+        let wrap = |column: u32| if column >= width { column - width } else { column };
+        let left = wrap(wrap(column));
+        let right = wrap(left + 1);
+        let along = |row| Vec3A::from(texel(row, left)).lerp(texel(row, right).into(), share);
+        let [upper, lower] = self.rows.map(along);
+        upper.lerp(lower, self.share)
+    }
 }
 
 /// The picture as the texels of a map see it, by their distance from the middle of the square, |x| + |y|: what is equal in
@@ -260,17 +295,7 @@ impl<'a> Rings<'a> {
     }
 
     fn bilinear(&self, u: f64, ring: &Ring) -> Vec3A {
-        let column = u as u32;
-        let share = (u - f64::from(column)) as f32;
-        // The first and the last column are neighbours.
-        let wrap = |column: u32| if column >= self.width { column - self.width } else { column };
-        let left = wrap(wrap(column));
-        let right = wrap(left + 1);
-        let [upper, lower] = ring.rows.map(|row| {
-            let row = &self.rows[row as usize];
-            Vec3A::from(row[left as usize]).lerp(Vec3A::from(row[right as usize]), share)
-        });
-        upper.lerp(lower, ring.share)
+        ring.rows.bilinear(self.width, u, |row, column| self.rows[row as usize][column as usize])
     }
 }
 
@@ -291,15 +316,8 @@ impl Ring {
         let r = ring_r(distance);
         let polar = polar_angle(r.abs());
         let polar = if r < 0.0 { PI - polar } else { polar };
-        let height = environment.height;
-        let v = (polar * (f64::from(height) / PI) - 0.5).clamp(0.0, f64::from(height - 1));
-        let row = v as u32;
-        Self {
-            // An eighth of a turn for r, which is two cells for each of these.
-            step: 0.25 / (f64::from(cells) * r.abs()),
-            rows: [row, (row + 1).min(height - 1)],
-            share: (v - f64::from(row)) as f32,
-        }
+        // An eighth of a turn for r, which is two cells for each of these.
+        Self { step: 0.25 / (f64::from(cells) * r.abs()), rows: Between::new(environment.height, polar) }
     }
 }
 
@@ -344,28 +362,6 @@ fn widen_polar_texels(environment: &Environment, edge: f64) -> Vec<Cow<'_, [[f32
         Cow::Owned((0..width).map(mean).collect())
     });
     rows.collect()
-}
-
-/// Interpolated value of a latitude-longitude picture; the azimuth wraps around, the polar angle in [0, pi] is held
-/// beyond the centres of the first and last row.
-fn bilinear(width: u32, height: u32, azimuth: f64, polar: f64, texel: impl Fn(usize) -> Vec3A) -> Vec3A {
-    let turns = azimuth * (1.0 / TAU) + 0.5;
-    // Whole columns from the left of the picture before; casts cut off like `floor` and are much faster.
-    let u = (turns - f64::from(floor(turns))) * f64::from(width) + (f64::from(width) - 0.5);
-    let v = (polar * (f64::from(height) / PI) - 0.5).clamp(0.0, f64::from(height - 1));
-    let (column, upper) = (u as u32, v as u32);
-    let (fu, fv) = ((u - f64::from(column)) as f32, (v - f64::from(upper)) as f32);
-    // The first and the last column are neighbours.
-    let wrap = |column: u32| if column >= width { column - width } else { column };
-    let left = wrap(wrap(column));
-    let (right, lower) = (wrap(left + 1), (upper + 1).min(height - 1));
-    let at = |row: u32, column: u32| texel((row * width + column) as usize);
-    at(upper, left).lerp(at(upper, right), fu).lerp(at(lower, left).lerp(at(lower, right), fu), fv)
-}
-
-fn floor(x: f64) -> i32 {
-    let cut = x as i32;
-    if x < f64::from(cut) { cut - 1 } else { cut }
 }
 
 /// The polar angle 2 asin(r / sqrt 2) of r = sqrt(1 - cos) in [0, 1], within 4e-9: `acos` is most of a lookup's time.

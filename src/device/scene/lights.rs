@@ -80,9 +80,8 @@ impl DeviceEnvironment {
     /// # Errors
     /// Radiance that is no number.
     fn new(map: EqualAreaMap, radiance_exponent: i32) -> Result<Option<Self>, DeviceError> {
-        let factor = -radiance_exponent;
-        let scaled = |channel: f32| scale_by_power_of_two(f64::from(channel), factor) as f32;
-        let pack = |radiance: &[f32; 3]| shared_exponent::pack(radiance.map(scaled));
+        let pack =
+            |&radiance: &[f32; 3]| shared_exponent::pack(scaled(radiance.into(), radiance_exponent).into());
         let texels: Vec<[u32; 2]> = map.radiance.par_iter().map(pack).collect();
         drop(map.radiance);
         let luminance = |&texel: &[u32; 2]| f64::from(luminance(shared_exponent::unpack(texel).into()));

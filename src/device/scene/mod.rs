@@ -211,10 +211,8 @@ fn radiance_exponent(scene: &Scene, unit: &UnitSpace) -> i32 {
         f64::from(material.emission.max_element().max(unlit))
     });
     let punctual = scene.lights.iter().map(|light| punctual_intensity(light, unit).max_element());
-    let environment = scene.environment.iter().map(|environment| {
-        let brightest = environment.texels.as_flattened().iter().fold(0.0, |a: f32, &b| a.max(b));
-        f64::from(brightest * environment.scale)
-    });
+    let environment =
+        scene.environment.iter().map(|environment| f64::from(environment.brightest() * environment.scale));
     let strongest = surfaces.chain(punctual).chain(environment).fold(0.0, f64::max);
     normalising_exponent(strongest).map_or(0, |exponent| -exponent)
 }

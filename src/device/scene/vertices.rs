@@ -2,14 +2,11 @@
 
 use glam::DVec3;
 
-use super::Target;
+use super::{ITEMS_AT_ONCE, Target};
 use crate::accel::Accel;
 use crate::device::pages::PageWriter;
 use crate::device::{DeviceError, PagedBuffer};
 use crate::scene::{Mesh, Scene, SceneFeatures};
-
-/// Vertices (or triangles of their own) that are laid out at a time.
-const VERTICES_AT_ONCE: usize = 1 << 16;
 
 /// Numbers of a vertex that a scene with these features has: names of their offsets, whether they are there, how many.
 fn parts(features: &SceneFeatures) -> [(&'static str, bool, u32); 5] {
@@ -48,14 +45,13 @@ pub(super) fn upload(
     accel: &Accel,
     features: &SceneFeatures,
 ) -> Result<(), DeviceError> {
-    let mut offset = 0;
+    let mut stride = 0;
     for (name, present, size) in parts(features) {
         if present {
-            target.constants.push((name, f64::from(offset)));
-            offset += size;
+            target.constants.push((name, f64::from(stride)));
+            stride += size;
         }
     }
-    let stride = stride(features);
     target.constants.push(("ATTRIBUTE_STRIDE", f64::from(stride)));
 
     let counts = scene.meshes.iter().map(|mesh| vertex_count(mesh, features) as u64);
@@ -65,7 +61,7 @@ pub(super) fn upload(
     let mut data: Vec<f32> = Vec::new();
     for mesh in &scene.meshes {
         if is_flat(mesh, features) {
-            for triangles in mesh.triangles.chunks(VERTICES_AT_ONCE) {
+            for triangles in mesh.triangles.chunks(ITEMS_AT_ONCE) {
                 for triangle in triangles {
                     let normal = face_normal(mesh, triangle);
                     triangle
@@ -76,8 +72,8 @@ pub(super) fn upload(
                 data.clear();
             }
         } else {
-            for first in (0..mesh.positions.len()).step_by(VERTICES_AT_ONCE) {
-                let end = mesh.positions.len().min(first + VERTICES_AT_ONCE);
+            for first in (0..mesh.positions.len()).step_by(ITEMS_AT_ONCE) {
+                let end = mesh.positions.len().min(first + ITEMS_AT_ONCE);
                 (first..end).for_each(|vertex| push(&mut data, mesh, vertex, None, features));
                 writer.push(&data)?;
                 data.clear();
