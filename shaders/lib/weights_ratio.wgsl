@@ -5,15 +5,15 @@
 #import lib/emission
 #import lib/light
 #import lib/mis
+#import lib/plain_light_rays
 #import lib/subpath
 #import lib/thinning
 
 // Weights where the density of a connection is the same for all pairs of vertices: `SubPath` carries all that is needed,
 // and what lib/weights_subspaces carries beside it is nothing here.
 
-/// Of a ray that leaves an eye vertex, of one that leaves a light vertex: nothing.
+/// Of a ray that leaves an eye vertex: nothing.
 alias EyeMis = u32;
-alias LightMis = u32;
 /// Of an eye vertex: its depth.
 alias EyePartials = u32;
 
@@ -34,14 +34,6 @@ fn eye_mis_of_bounce(
 
 fn store_eye_mis(slot: u32, mis: EyeMis) {}
 
-fn load_light_mis(index: u32) -> LightMis {
-    return 0u;
-}
-
-fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
-    return 0u;
-}
-
 fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis, throughput: vec3f) -> f32 {
     return vertex.edge;
 }
@@ -51,27 +43,6 @@ fn edge_towards(
 ) -> f32 {
     return vertex.edge;
 }
-
-fn add_edge_of_bounce(
-    bounce: ptr<function, Bounce>, point: SurfacePoint, vertex: PathVertex, mis: LightMis, is_delta: bool,
-) {}
-
-fn cached_with_edge(vertex: LightVertex, mis: LightMis) -> LightVertex {
-    return vertex;
-}
-
-#if !lambert_vertices
-/// c of lib/mis between a vertex of the cache and the one before it, seen from `world_to`, with the scale of DEEP.
-fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32 {
-    return vertex.edge;
-}
-#endif
-
-fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32) -> LightMis {
-    return 0u;
-}
-
-fn store_light_mis(slot: u32, mis: LightMis) {}
 
 fn eye_depth(partials: EyePartials) -> u32 {
     return partials;

@@ -10,6 +10,7 @@
 #import lib/emission
 #import lib/light
 #import lib/mis
+#import lib/plain_light_rays
 #import lib/nearest_records
 #import lib/subpath
 #import lib/thinning
@@ -31,8 +32,6 @@
 
 /// Of a ray that leaves an eye vertex: its place in `eye_links`.
 alias EyeMis = u32;
-/// Of one that leaves a light vertex: nothing.
-alias LightMis = u32;
 
 /// What weights need of an eye vertex: the list of those before, its own 1 / Q_k, and what the last segment lets pass.
 struct EyePartials {
@@ -119,14 +118,6 @@ fn store_eye_mis(slot: u32, mis: EyeMis) {
     eye_ends_out[slot] = mis;
 }
 
-fn load_light_mis(index: u32) -> LightMis {
-    return 0u;
-}
-
-fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
-    return 0u;
-}
-
 /// c, with the scale of DEEP, between a light path's vertex, where light of `throughput` arrives, and the one before it.
 fn edge_so_far(point: SurfacePoint, vertex: PathVertex, mis: LightMis, throughput: vec3f) -> f32 {
     if (vertex.flags & SUBPATH_DELTA) != 0u {
@@ -141,27 +132,6 @@ fn edge_towards(
 ) -> f32 {
     return edge_so_far(point, vertex, mis, throughput);
 }
-
-fn add_edge_of_bounce(
-    bounce: ptr<function, Bounce>, point: SurfacePoint, vertex: PathVertex, mis: LightMis, is_delta: bool,
-) {}
-
-fn cached_with_edge(vertex: LightVertex, mis: LightMis) -> LightVertex {
-    return vertex;
-}
-
-#if !lambert_vertices
-/// c of lib/mis between a vertex of the cache and the one before it, seen from `world_to`, with the scale of DEEP.
-fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32 {
-    return vertex.edge;
-}
-#endif
-
-fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32) -> LightMis {
-    return 0u;
-}
-
-fn store_light_mis(slot: u32, mis: LightMis) {}
 
 /// Densities of the connections at the vertices of a list, over that of the eye path which goes on from its first entry
 /// to a vertex x, and of the light path that ends at x. `light`: what the latter brings to the entry, over its density.

@@ -82,6 +82,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/mis",
     "lib/nearest_records",
     "lib/path_key",
+    "lib/plain_light_rays",
     "lib/record_light",
     "lib/rng",
     "lib/roulette",
