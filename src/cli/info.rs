@@ -7,10 +7,10 @@ use clap::{Args, ValueEnum as _};
 use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
 use crate::accel::{Accel, without_wide_triangles};
-use crate::device::context::adapters;
+use crate::device::context::{adapter, binding_of};
 use crate::device::host_memory::{free_memory, used_memory};
 use crate::device::scene::{SceneMemory, readable_bytes};
-use crate::device::{DeviceError, Feature, Features};
+use crate::device::{DeviceChoice, DeviceError, Feature, Features};
 use crate::integrator::View;
 use crate::render::{PictureMemory, RenderOptions};
 use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
@@ -103,9 +103,9 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
         memory.device + memory.host
     };
     println!("  a picture: {} bytes a pixel beside that, {} with an EXR's layers", pixel(false), pixel(true));
-    let Some(adapter) = adapters().into_iter().next() else { return Ok(()) };
+    let Ok(adapter) = adapter(&DeviceChoice::Auto) else { return Ok(()) };
     let (info, limits) = (adapter.get_info(), adapter.limits());
-    let page_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let page_bytes = binding_of(&limits);
     let is_cpu = info.device_type == wgpu::DeviceType::Cpu;
     if is_cpu {
         let both = readable_bytes(now.unwrap_or(0) + memory.together());

@@ -96,45 +96,63 @@ fn adapters_of(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     adapters
 }
 
+/// The adapter that is chosen, which is not opened.
+///
+/// # Errors
+/// No adapter, or none that fits `choice`.
+pub fn adapter(choice: &DeviceChoice) -> Result<wgpu::Adapter, DeviceError> {
+    adapter_of(&instance(), choice)
+}
+
+fn adapter_of(instance: &wgpu::Instance, choice: &DeviceChoice) -> Result<wgpu::Adapter, DeviceError> {
+    let adapters = adapters_of(instance);
+    let wanted = match choice {
+        DeviceChoice::Auto => match std::env::var("WGPU_ADAPTER_NAME") {
+            Ok(name) if !name.is_empty() => DeviceChoice::Name(name),
+            _ => DeviceChoice::Index(0),
+        },
+        other => other.clone(),
+    };
+    if adapters.is_empty() {
+        return Err(DeviceError::NoAdapter);
+    }
+    let found = adapters.iter().enumerate().find(|(index, adapter)| {
+        let info = adapter.get_info();
+        match &wanted {
+            DeviceChoice::Auto => true,
+            DeviceChoice::Index(wanted) => index == wanted,
+            DeviceChoice::Name(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
+            DeviceChoice::Uuid(wanted) => uuid(adapter).is_some_and(|found| is_uuid(&found, wanted)),
+            DeviceChoice::Cpu => info.device_type == DeviceType::Cpu,
+        }
+    });
+    let Some((index, _)) = found else {
+        let mut list = String::new();
+        for (index, adapter) in adapters.iter().enumerate() {
+            let _ = write!(list, "\n  {index}: {}", adapter.get_info().name);
+            if let Some(uuid) = uuid(adapter) {
+                let _ = write!(list, ", uuid:{uuid}");
+            }
+        }
+        return Err(DeviceError::NotFound { wanted: format!("{wanted:?}"), list });
+    };
+    Ok(adapters[index].clone())
+}
+
+/// Bytes of a storage buffer, which is bound whole.
+pub fn binding_of(limits: &wgpu::Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
 impl Context {
     /// Opens a device without the start-up check.
     ///
     /// # Errors
-    /// No adapter, or none that fits `choice`.
+    /// As [`adapter`].
     pub(super) fn unchecked(choice: &DeviceChoice) -> Result<Self, DeviceError> {
         let instance = instance();
-        let adapters = adapters_of(&instance);
-        let wanted = match choice {
-            DeviceChoice::Auto => match std::env::var("WGPU_ADAPTER_NAME") {
-                Ok(name) if !name.is_empty() => DeviceChoice::Name(name),
-                _ => DeviceChoice::Index(0),
-            },
-            other => other.clone(),
-        };
-        if adapters.is_empty() {
-            return Err(DeviceError::NoAdapter);
-        }
-        let found = adapters.iter().enumerate().find(|(index, adapter)| {
-            let info = adapter.get_info();
-            match &wanted {
-                DeviceChoice::Auto => true,
-                DeviceChoice::Index(wanted) => index == wanted,
-                DeviceChoice::Name(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
-                DeviceChoice::Uuid(wanted) => uuid(adapter).is_some_and(|found| is_uuid(&found, wanted)),
-                DeviceChoice::Cpu => info.device_type == DeviceType::Cpu,
-            }
-        });
-        let Some((_, adapter)) = found else {
-            let mut list = String::new();
-            for (index, adapter) in adapters.iter().enumerate() {
-                let _ = write!(list, "\n  {index}: {}", adapter.get_info().name);
-                if let Some(uuid) = uuid(adapter) {
-                    let _ = write!(list, ", uuid:{uuid}");
-                }
-            }
-            return Err(DeviceError::NotFound { wanted: format!("{wanted:?}"), list });
-        };
-        Self::open(instance, adapter)
+        let adapter = adapter_of(&instance, choice)?;
+        Self::open(instance, &adapter)
     }
 
     /// Opens an adapter with all of its limits.
@@ -153,8 +171,7 @@ impl Context {
             .map_err(|error| DeviceError::Open { name: info.name.clone(), message: error.to_string() })?;
         let timestamps = features.contains(Features::TIMESTAMP_QUERY);
         let memory = if info.device_type == DeviceType::Cpu { free_memory() } else { None };
-        let limits = device.limits();
-        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let binding = binding_of(&device.limits());
         Ok(Self {
             instance,
             adapter: adapter.clone(),

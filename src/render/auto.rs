@@ -12,8 +12,8 @@
 use std::time::{Duration, Instant};
 
 use super::caveats::{caustics, caveats};
-use super::prepared::{camera_of, check_region};
-use super::{Budget, PictureMemory, Prepared, RenderError, RenderOptions, SeenLayers, TimeLimit, Uploaded};
+use super::prepared::{camera_of, check_picture};
+use super::{Budget, Prepared, RenderError, RenderOptions, SeenLayers, TimeLimit, Uploaded};
 use crate::device::Context;
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::Region;
@@ -165,8 +165,7 @@ impl Prepared {
         mut options: RenderOptions,
     ) -> Result<Self, RenderError> {
         let camera = camera_of(scene, options.camera)?;
-        check_region(&options.view.region(), options.view.width, options.view.height)?;
-        PictureMemory::of(&options).check(context, &options)?;
+        check_picture(context, &options)?;
         let uploaded = Uploaded::for_layers(context, scene, options.features, options.seen)?;
         let chosen = match options.model {
             Some(_) => Automatic::by_model(scene),

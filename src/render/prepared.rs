@@ -106,8 +106,7 @@ impl Prepared {
     /// No such camera, a picture without pixels, or what the layers below report.
     pub fn new(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Self, RenderError> {
         let camera = camera_of(scene, options.camera)?;
-        check_region(&options.view.region(), options.view.width, options.view.height)?;
-        PictureMemory::of(&options).check(context, &options)?;
+        check_picture(context, &options)?;
         let plan = options.method.plan();
         let mut prepared = Self::of(
             &Uploaded::for_layers(context, scene, options.features, options.seen)?,
@@ -356,7 +355,13 @@ pub(super) fn camera_of(scene: &Scene, wanted: usize) -> Result<&scene::Camera, 
     scene.cameras.get(wanted).ok_or(RenderError::NoCamera { wanted, count: scene.cameras.len() })
 }
 
-pub(super) fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
+/// What can be said of a picture before the scene is built.
+pub(super) fn check_picture(context: &Context, options: &RenderOptions) -> Result<(), RenderError> {
+    check_region(&options.view.region(), options.view.width, options.view.height)?;
+    PictureMemory::of(options).check(context, options)
+}
+
+fn check_region(region: &Region, width: u32, height: u32) -> Result<(), RenderError> {
     let end = |first: u32, count: u32| {
         u64::from(first) + u64::from(count.saturating_sub(1)) * u64::from(region.stride) + 1
     };

@@ -1,9 +1,10 @@
 //! One iteration: light paths into the cache and to the camera, then eye paths against the cache.
 
+use super::records::Records;
 use super::{Bidirectional, PILOT_SAMPLE, RESERVE};
 use crate::device::layout::{Batch, Counts};
 use crate::device::{Context, DeviceError};
-use crate::integrator::wavefront::{Bounces, Size, Stage, total};
+use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront, total};
 use crate::integrator::{Selector, Weights};
 
 /// Iterations that tell weights of records: docs/measurements.md.
@@ -233,55 +234,54 @@ impl Bidirectional {
             purpose = Light::Cache;
         }
         self.fill_tables(context, &batches[0], &counts)?;
-        let mut waiting: Vec<(Batch, Light)> = batches.iter().rev().map(|&batch| (batch, purpose)).collect();
-        while let Some((batch, purpose)) = waiting.pop() {
-            if lit && own_paths {
-                counts = self.trace_light(context, &[batch], purpose)?;
-                if self.must_halve(context, &[batch], &counts) {
-                    let [first, second] = halves(&batch);
-                    // What goes to the camera has arrived there.
-                    waiting.extend([(second, Light::Cache), (first, Light::Cache)]);
-                    continue;
-                }
-            }
-            self.add_eye_paths(context, &batch, &counts)?;
-        }
-        Ok(())
+        batches.iter().try_for_each(|batch| self.add_batch(context, batch, &counts, purpose))
     }
 
-    /// Traces eye paths, and adds what they find to the film.
-    fn add_eye_paths(
+    /// Traces eye paths, after light paths of their own where they have them, and adds what they find to the film.
+    fn add_batch(
         &mut self,
         context: &Context,
         batch: &Batch,
-        counts: &Counts,
+        shared: &Counts,
+        purpose: Light,
     ) -> Result<(), DeviceError> {
-        self.trace_eye(context, batch, counts)?;
-        if self.wavefront.eye_links_fit(context)? {
-            return self.wavefront.accumulate(context, batch);
+        let counts = match self.stages.light_rays.is_some() && self.connects_own_path() {
+            true => self.trace_light(context, &[*batch], purpose)?,
+            false => *shared,
+        };
+        if !self.must_halve(context, &[*batch], &counts) {
+            self.trace_eye(context, batch, &counts)?;
+            if self.wavefront.eye_links_fit(context)? {
+                return self.wavefront.accumulate(context, batch);
+            }
         }
-        // Half as many paths have twice the room each; one path has all that it can need.
-        halves(batch).iter().try_for_each(|half| self.add_eye_paths(context, half, counts))
+        // Half as many paths have twice the room each; one path has all that it can need. What goes to the camera has
+        // arrived there.
+        halves(batch).iter().try_for_each(|half| self.add_batch(context, half, shared, Light::Cache))
     }
 
     /// The records of a sample, where there are any.
     fn prepare_records(&mut self, context: &Context, template: &Batch) -> Result<(), DeviceError> {
-        if let Some(records) = &mut self.records {
-            records.prepare(context, &mut self.wavefront, template)?;
-            if records.take_grown() {
-                self.bind(context)?;
-            }
-        }
-        Ok(())
+        self.with_records(context, |records, wavefront| records.prepare(context, wavefront, template))
     }
 
     /// Their tables for the cache as it is.
     fn fill_tables(&mut self, context: &Context, batch: &Batch, counts: &Counts) -> Result<(), DeviceError> {
-        if let Some(records) = &mut self.records {
-            records.fill(context, &mut self.wavefront, batch, counts.light_vertices)?;
-            if records.take_grown() {
-                self.bind(context)?;
-            }
+        self.with_records(context, |records, wavefront| {
+            records.fill(context, wavefront, batch, counts.light_vertices)
+        })
+    }
+
+    /// Works on the records, where there are any, and binds all that uses their buffers where these have grown.
+    pub(super) fn with_records(
+        &mut self,
+        context: &Context,
+        work: impl FnOnce(&mut Records, &mut Wavefront) -> Result<(), DeviceError>,
+    ) -> Result<(), DeviceError> {
+        let Some(records) = &mut self.records else { return Ok(()) };
+        work(records, &mut self.wavefront)?;
+        if records.take_grown() {
+            self.bind(context)?;
         }
         Ok(())
     }

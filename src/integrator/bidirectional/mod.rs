@@ -244,13 +244,14 @@ impl Bidirectional {
 
     /// Makes room for the tables of records, of which there are about as many as a pilot finds.
     fn make_room_for_tables(&mut self, context: &Context) -> Result<(), DeviceError> {
-        let Some(records) = &mut self.records else { return Ok(()) };
         let template = self.wavefront.batches(PILOT_SAMPLE, 1)[0];
-        records.prepare(context, &mut self.wavefront, &template)?;
-        self.pilot_records = records.count;
         let vertices = (f64::from(self.light_paths) * self.vertices_per_path).ceil() as u32;
-        records.make_room_for_tables(context, &mut self.wavefront, vertices)?;
-        self.bind(context)
+        self.with_records(context, |records, wavefront| {
+            records.prepare(context, wavefront, &template)?;
+            records.make_room_for_tables(context, wavefront, vertices)
+        })?;
+        self.pilot_records = self.records.as_ref().map_or(0, |records| records.count);
+        Ok(())
     }
 
     /// Mean number of vertices that a light path leaves in the cache, from paths that no picture is made of: a

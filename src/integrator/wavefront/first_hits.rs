@@ -3,7 +3,7 @@
 use crate::device::layout::{Counts, FirstHitPixel, Hit, NO_TRIANGLE};
 use crate::device::{Bound, Context, DeviceError};
 
-use super::pages::FIRST_HITS;
+use super::film_pages::FIRST_HITS;
 use super::{Extent, Wavefront, record, total};
 
 /// Mirrors and panes of smooth glass, one behind the other, that layers look through.

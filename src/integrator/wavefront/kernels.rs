@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::pages::Pages;
+use super::film_pages::FilmPages;
 use super::{Size, Stage, Wavefront};
 use crate::device::layout::{LambertVertex, LightVertex};
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features, Kernel};
@@ -97,7 +97,7 @@ impl SharedKernels {
         context: &Context,
         compiler: &mut Compiler,
         settings: &Settings,
-        pages: &Pages,
+        pages: &FilmPages,
     ) -> Result<Self, DeviceError> {
         let connects = compiler.features.contains(Feature::Lights);
         let follows = settings.first_hit && settings.through_mirrors;

@@ -2,9 +2,9 @@
 //! bounce has.
 
 mod bounces;
+mod film_pages;
 mod first_hits;
 mod kernels;
-mod pages;
 mod queues;
 pub mod submission;
 
@@ -18,14 +18,14 @@ use crate::device::scene::DeviceScene;
 use crate::device::timing::Timing;
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Kernel};
 use crate::film::Region;
+use film_pages::{FILM, FilmPages, SPLATS};
 use kernels::{Compiler, SharedKernels, bind_pair};
-use pages::{FILM, Pages, SPLATS};
 use queues::Swapped;
 use submission::Pace;
 
 pub(crate) use bounces::{Bounces, Extent, Size, Stage, record};
+pub(crate) use film_pages::SPLAT_WORDS;
 pub(crate) use kernels::Form;
-pub(crate) use pages::SPLAT_WORDS;
 pub use queues::RayCounts;
 pub(crate) use queues::total;
 
@@ -51,7 +51,7 @@ pub struct Wavefront {
     tests: Option<[Kernel; 2]>,
     /// Tests the connections in the queue; none where nothing connects.
     pub(crate) test_connections: Vec<Stage>,
-    pages: Pages,
+    pages: FilmPages,
     /// For each page.
     accumulate: Vec<Bound>,
     pub(crate) first_hit: Vec<Bound>,
@@ -92,12 +92,13 @@ impl Wavefront {
         constants.push(("ROULETTE_CAP", f64::from(settings.view.roulette_cap)));
         let mut buffers = std::mem::take(&mut scene.buffers);
         let pixels = settings.view.region().pixels();
-        let pages = Pages::create(context, &mut buffers, pixels, form.splats, settings.first_hit)?;
+        let pages = FilmPages::create(context, &mut buffers, pixels, form.splats, settings.first_hit)?;
         let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO, names: Vec::new() };
         let kernels = SharedKernels::new(context, &mut compiler, &settings, &pages)?;
 
         let connects = kernels.tests.is_some();
-        let swapped = queues::create(context, &mut buffers, camera, &form, connects)?;
+        let capacity = queues::capacity(context, form.connections);
+        let swapped = queues::create(context, &mut buffers, camera, &form, capacity, connects)?;
         let [camera_rays, _] = bind_pair(context, &mut buffers, &swapped, &kernels.camera_rays)?;
         let closest_hit = bind_pair(context, &mut buffers, &swapped, &kernels.closest_hit)?;
         let advance = kernels.advance.bind(context, &buffers)?;
@@ -111,7 +112,6 @@ impl Wavefront {
         };
         let mirror_follow =
             kernels.mirror_follow.map(|kernel| bind_first(&kernel, &mut buffers)).transpose()?;
-        let capacity = queues::capacity(context, form.connections);
         let mut wavefront = Self {
             buffers,
             settings,

@@ -27,15 +27,16 @@ pub(super) fn capacity(context: &Context, connections: u32) -> u32 {
     wanted.min(1 << room.max(1).ilog2())
 }
 
-/// Makes the queues for so many paths. `connects`: there is light to connect to.
+/// Makes the queues for `capacity` paths. `connects`: there is light to connect to.
 pub(super) fn create(
     context: &Context,
     buffers: &mut BufferTable,
     camera: &Camera,
     form: &Form,
+    capacity: u32,
     connects: bool,
 ) -> Result<Swapped, DeviceError> {
-    let bytes = |size: usize| u64::from(capacity(context, form.connections)) * size as u64;
+    let bytes = |size: usize| u64::from(capacity) * size as u64;
     let mut pair = |names: [&str; 2], size: usize| {
         let first = buffers.create(context, names[0], bytes(size))?.clone();
         Ok::<_, DeviceError>([first, buffers.create(context, names[1], bytes(size))?.clone()])

@@ -17,13 +17,13 @@ pub(super) const FIRST_HITS: &str = "first_hits";
 
 /// How the pixels of a picture are spread over buffers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pages {
+pub(crate) struct FilmPages {
     pixels: u32,
     /// A multiple of [`BLOCK`] where there are several pages.
     a_page: u32,
 }
 
-impl Pages {
+impl FilmPages {
     /// Makes the film for so many pixels, with what light paths bring to it and what the camera sees first where these are
     /// wanted.
     ///
