@@ -1,12 +1,12 @@
 //! What is reported while something takes long, and how Ctrl-C ends it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::device::Context;
+use crate::device::{Compiling, Context};
 use crate::integrator::Choice;
 use crate::render::{Prepared, RenderError};
 use crate::training::{TrainingProgress, TrainingResult};
@@ -15,6 +15,8 @@ use crate::training::{TrainingProgress, TrainingResult};
 const LINE: Duration = Duration::from_secs(10);
 /// Time that a round has to finish after Ctrl-C or the end of `--time`: less is done twice, and it is still soon.
 const GRACE: Duration = Duration::from_secs(1);
+/// Seconds of compiling a kernel below which nothing is said.
+const NOTICED: f64 = 0.1;
 /// Length of the bar of a share.
 const WHOLE: f64 = 1000.0;
 
@@ -95,9 +97,18 @@ pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed) || WARNED.load(Ordering::Relaxed)
 }
 
-/// The device for work that ends soon after Ctrl-C, if necessary with a round unfinished.
-pub fn interruptible(context: &Context) -> Context {
-    context.interrupted_by(interrupted, GRACE)
+/// The device for work that ends soon after Ctrl-C, if necessary with a round unfinished, and that tells how far its driver is
+/// with compiling.
+pub fn watched(context: &Context, quiet: bool) -> Context {
+    let meter = Mutex::new(Meter::new(quiet, Some(WHOLE as u64)));
+    context.interrupted_by(interrupted, GRACE).telling_of_compiling(move |Compiling { done, of, seconds, .. }| {
+        let mut meter = meter.lock().unwrap_or_else(PoisonError::into_inner);
+        if done == of {
+            meter.finish();
+        } else if seconds > NOTICED {
+            meter.show((WHOLE * done as f64 / of as f64) as u64, format!("compiling: {done} of {of} kernels done"));
+        }
+    })
 }
 
 /// From now on Ctrl-C only makes [`interrupted`] true; a second one ends the process.

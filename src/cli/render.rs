@@ -128,7 +128,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     if args.keep.keeps() {
         progress::install_warning();
     }
-    let context = progress::interruptible(&args.picture.device.open(quiet)?);
+    let context = progress::watched(&args.picture.device.open(quiet)?, quiet);
     // Chosen before anything is kept: what is kept names it.
     let chosen = match method {
         Some(_) => None,

@@ -55,7 +55,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
     let load_seconds = load_start.elapsed().as_secs_f64();
 
     progress::install_interrupt();
-    let context = progress::interruptible(&args.picture.device.open(quiet)?);
+    let context = progress::watched(&args.picture.device.open(quiet)?, quiet);
     let picture = args.picture.options(&scene, camera);
     let ConnectionArgs { connections, shares, no_thinning } = args.connections;
     let given = Given { connections, shares, no_thinning, ..Given::default() };

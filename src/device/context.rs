@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
+use super::compiling::Compiling;
 use super::host_memory::free_memory;
 use super::pipelines::Pipelines;
 use super::uuid::{is_uuid, uuid};
@@ -62,6 +63,7 @@ pub struct Context {
     pub page_bytes: u64,
     pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
+    pub(super) told_of_compiling: Option<Arc<dyn Fn(Compiling) + Send + Sync>>,
 }
 
 /// What ends work that is under way.
@@ -184,7 +186,21 @@ impl Context {
             page_bytes: binding,
             pipelines: Pipelines::default(),
             interrupt: None,
+            told_of_compiling: None,
         })
+    }
+
+    /// Another device of the same adapter.
+    ///
+    /// # Errors
+    /// The driver has no more.
+    pub(super) fn sibling(&self) -> Result<Self, DeviceError> {
+        Self::open(self.instance.clone(), &self.adapter)
+    }
+
+    /// The same device; from now on `tell` hears of each kernel that a software driver has compiled, from any thread.
+    pub fn telling_of_compiling(&self, tell: impl Fn(Compiling) + Send + Sync + 'static) -> Self {
+        Self { told_of_compiling: Some(Arc::new(tell)), ..self.clone() }
     }
 
     /// The same device for work that can be ended: a round that goes on for longer than `grace` after `is_wanted`, or after

@@ -1,9 +1,9 @@
 //! Kernels: a WGSL file with one entry point, compiled for a set of features, bound to buffers by name.
 
 use std::collections::BTreeSet;
-use std::time::{Duration, Instant};
 
 use super::buffer::BufferTable;
+use super::compiling::Waiting;
 use super::context::Context;
 use super::features::Features;
 use super::pipelines::Pipeline;
@@ -14,9 +14,6 @@ use crate::device::DeviceError;
 pub struct Kernel {
     pub name: String,
     pipeline: Pipeline,
-    /// Time to parse, validate and create the pipeline (the driver may compile at the first dispatch); next to none where
-    /// the device has it already.
-    pub compile_time: Duration,
 }
 
 /// A kernel with its buffers, ready to dispatch.
@@ -52,7 +49,6 @@ impl Kernel {
         stitched: &Stitched,
         constants: &[(&str, f64)],
     ) -> Result<Self, DeviceError> {
-        let start = Instant::now();
         // Constants that it does not name are those of its siblings.
         let named = constants.iter().filter(|(name, _)| stitched.code.contains(name));
         let bits = named.map(|&(name, value)| (name.to_string(), value.to_bits())).collect();
@@ -61,11 +57,13 @@ impl Kernel {
             Some(pipeline) => pipeline,
             None => {
                 let pipeline = compile(context, name, stitched, constants)?;
-                context.pipelines.keep(key, pipeline.clone());
+                let made =
+                    Waiting { name: name.into(), stitched: stitched.clone(), key, pipeline: pipeline.clone() };
+                context.pipelines.keep(made, context.is_cpu());
                 pipeline
             }
         };
-        Ok(Self { name: name.into(), pipeline, compile_time: start.elapsed() })
+        Ok(Self { name: name.into(), pipeline })
     }
 
     /// Invocations a workgroup.
@@ -73,27 +71,13 @@ impl Kernel {
         self.pipeline.workgroup
     }
 
-    /// Binds the buffers that the kernel names.
+    /// Binds the buffers that the kernel names. A software driver compiles first all that was created so far.
     ///
     /// # Errors
-    /// [`DeviceError::MissingBuffer`] when `buffers` lacks one.
+    /// [`DeviceError::MissingBuffer`] when `buffers` lacks one; a lost device.
     pub fn bind(&self, context: &Context, buffers: &BufferTable) -> Result<Bound, DeviceError> {
-        let group_indices: BTreeSet<u32> = self.pipeline.slots.iter().map(|slot| slot.0).collect();
-        let mut groups = Vec::new();
-        for group in group_indices {
-            let mut entries = Vec::new();
-            for (_, binding, name) in self.pipeline.slots.iter().filter(|slot| slot.0 == group) {
-                let buffer = buffers.get(name)?;
-                entries
-                    .push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
-            }
-            let bind_group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(&self.name),
-                layout: &self.pipeline.compute.get_bind_group_layout(group),
-                entries: &entries,
-            });
-            groups.push((group, bind_group));
-        }
+        context.finish_compiling()?;
+        let groups = self.pipeline.bind(context, &self.name, |name| buffers.get(name).cloned())?;
         Ok(Bound {
             name: self.name.clone(),
             pipeline: self.pipeline.compute.clone(),
@@ -103,8 +87,8 @@ impl Kernel {
     }
 }
 
-/// Compiles what the device does not have yet.
-fn compile(
+/// Creates what the device does not have yet. Software drivers compile it later.
+pub(super) fn compile(
     context: &Context,
     name: &str,
     stitched: &Stitched,

@@ -13,10 +13,12 @@ pub mod shader;
 pub mod timing;
 pub mod uuid;
 
+mod compiling;
 mod pipelines;
 mod probe;
 
 pub use buffer::BufferTable;
+pub use compiling::Compiling;
 pub use context::{Context, DeviceChoice};
 pub use error::DeviceError;
 pub use features::{Feature, Features};

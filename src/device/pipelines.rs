@@ -1,7 +1,11 @@
 //! Pipelines of a device, each compiled once: renderers of one scene, and of scenes that require the same, share them.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
+
+use super::compiling::Waiting;
+use super::context::Context;
+use crate::device::DeviceError;
 
 /// What a pipeline is made of: text of the shader, and its constants by name with the bits of their values.
 pub type PipelineKey = (String, Vec<(String, u64)>);
@@ -16,19 +20,71 @@ pub struct Pipeline {
     pub workgroup: u32,
 }
 
+impl Pipeline {
+    /// Its bind groups with their indices; `buffer_of`: the buffer of a name.
+    ///
+    /// # Errors
+    /// Those of `buffer_of`.
+    pub fn bind(
+        &self,
+        context: &Context,
+        label: &str,
+        mut buffer_of: impl FnMut(&str) -> Result<wgpu::Buffer, DeviceError>,
+    ) -> Result<Vec<(u32, wgpu::BindGroup)>, DeviceError> {
+        let indices: BTreeSet<u32> = self.slots.iter().map(|slot| slot.0).collect();
+        let mut groups = Vec::new();
+        for group in indices {
+            let mut buffers = Vec::new();
+            for (_, binding, name) in self.slots.iter().filter(|slot| slot.0 == group) {
+                buffers.push((*binding, buffer_of(name)?));
+            }
+            let entries: Vec<wgpu::BindGroupEntry> = buffers
+                .iter()
+                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                    binding: *binding,
+                    resource: buffer.as_entire_binding(),
+                })
+                .collect();
+            let bind_group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout: &self.compute.get_bind_group_layout(group),
+                entries: &entries,
+            });
+            groups.push((group, bind_group));
+        }
+        Ok(groups)
+    }
+}
+
 /// The pipelines of one device; a clone is the same collection. They are kept as long as the device.
 #[derive(Clone, Default)]
-pub struct Pipelines(Arc<Mutex<HashMap<PipelineKey, Pipeline>>>);
+pub struct Pipelines(Arc<Mutex<Known>>);
+
+#[derive(Default)]
+struct Known {
+    all: HashMap<PipelineKey, Pipeline>,
+    /// Those that the driver has not compiled yet.
+    waiting: Vec<Waiting>,
+}
 
 impl Pipelines {
-    /// The pipeline of `key`, where it was compiled before.
+    /// The pipeline of `key`, where it was created before.
     pub fn get(&self, key: &PipelineKey) -> Option<Pipeline> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(key).cloned()
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).all.get(key).cloned()
     }
 
-    /// Keeps a pipeline for the next that asks. Compilation takes seconds, so nothing is locked meanwhile: two threads
-    /// may compile the same one.
-    pub fn keep(&self, key: PipelineKey, pipeline: Pipeline) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, pipeline);
+    /// Keeps a pipeline for the next that asks. Creating takes time, so nothing is locked meanwhile: two threads may create
+    /// the same one. `waits`: the driver compiles it later.
+    pub(super) fn keep(&self, made: Waiting, waits: bool) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.all.insert(made.key.clone(), made.pipeline.clone());
+        if waits {
+            known.waiting.push(made);
+        }
+    }
+
+    /// What the driver has to compile; from now on it is the caller's to see to.
+    pub(super) fn take_waiting(&self) -> Vec<Waiting> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).waiting)
     }
 }

@@ -304,16 +304,16 @@ impl Prepared {
             DeviceError::Abandoned => RenderError::InterruptedAtOnce,
             error => error.into(),
         };
+        let start = Instant::now();
         let mut integrator =
             integrator(&context, scene, &camera, settings, model.as_deref()).map_err(abandoned)?;
-        // The driver compiles at the first dispatch: one sample now, thrown away, keeps that out of the clock.
-        let warm_up = Instant::now();
+        // Drivers may compile at the first dispatch: one sample now, thrown away, keeps that out of the clock.
         integrator.warm_up(&context).map_err(abandoned)?;
         report.choices.extend(integrator.choices());
         report.caveats.extend(integrator.caveats());
         let wavefront = integrator.wavefront_mut();
         wavefront.reset(&context)?;
-        report.compile_seconds = (wavefront.compile_time() + warm_up.elapsed()).as_secs_f64();
+        report.compile_seconds = start.elapsed().as_secs_f64();
         Ok(Renderer {
             context,
             scene_hash,

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 use halfway::device::shader::{SOURCES, stitch, stitch_text};
 use halfway::device::uuid::{is_uuid, uuid};
-use halfway::device::{BufferTable, Context, DeviceChoice, DeviceError, Feature, Features};
+use halfway::device::{BufferTable, Context, DeviceChoice, DeviceError, Feature, Features, Kernel};
 
 use crate::gpu;
 
@@ -29,6 +30,51 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let output = gpu::run(kernel, &[], &[("input", bytemuck::cast_slice(&input))], &[("output", 16)], 4);
     let output: Vec<f32> = bytemuck::pod_collect_to_vec(&output[0]);
     assert_eq!(output, [2.0, 0.0, 0.0, -6.0]);
+}
+
+/// All that was created is compiled when the first of it is bound, each once, and computes what it should.
+#[test]
+fn kernels_are_compiled_when_the_first_is_bound() {
+    let told: Arc<Mutex<Vec<(String, usize, usize)>>> = Arc::default();
+    let heard = told.clone();
+    let context = Context::new(&DeviceChoice::Auto).expect("a device").telling_of_compiling(move |one| {
+        heard.lock().expect("no panic").push((one.kernel.to_string(), one.done, one.of));
+    });
+    let kernel = |factor: u32| {
+        let text = format!(
+            "@group(0) @binding(0) var<storage, read_write> output: array<u32>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {{ if id.x < 4u {{ output[id.x] = {factor}u * id.x; }} }}"
+        );
+        let stitched = stitch_text("test", &text, Features::default()).expect("directives");
+        Kernel::from_stitched(&context, &format!("times-{factor}"), &stitched, &[]).expect("a valid kernel")
+    };
+    let kernels = [2, 3, 5, 3].map(kernel);
+    assert_eq!(told.lock().expect("no panic").len(), 0);
+    let mut buffers = BufferTable::default();
+    buffers.create(&context, "output", 16).expect("create");
+    let multiples: Vec<Vec<u32>> = kernels
+        .iter()
+        .map(|kernel| {
+            let bound = kernel.bind(&context, &buffers).expect("all buffers named");
+            let mut encoder = context.device.create_command_encoder(&Default::default());
+            bound.dispatch(&mut encoder.begin_compute_pass(&Default::default()), 4);
+            context.queue.submit([encoder.finish()]);
+            bytemuck::pod_collect_to_vec(&buffers.read(&context, "output", 16).expect("read"))
+        })
+        .collect();
+    assert_eq!(multiples, [2, 3, 5, 3].map(|factor| [0, factor, 2 * factor, 3 * factor]));
+    let mut told = told.lock().expect("no panic").clone();
+    told.sort();
+    // A GPU's driver compiles what it is given.
+    if context.is_cpu() {
+        let names: Vec<&str> = told.iter().map(|(name, _, _)| name.as_str()).collect();
+        assert_eq!(names, ["times-2", "times-3", "times-5"]);
+        let counts: BTreeSet<(usize, usize)> = told.iter().map(|&(_, done, of)| (done, of)).collect();
+        assert_eq!(counts, BTreeSet::from([(1, 3), (2, 3), (3, 3)]));
+    } else {
+        assert!(told.is_empty());
+    }
 }
 
 #[test]

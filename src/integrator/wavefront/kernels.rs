@@ -1,7 +1,5 @@
 //! The kernels that all integrators share, and what they and those of an integrator are compiled with.
 
-use std::time::Duration;
-
 use super::film_pages::FilmPages;
 use super::{Size, Stage, Wavefront};
 use crate::device::layout::{LambertVertex, LightVertex};
@@ -50,12 +48,11 @@ impl Form {
     }
 }
 
-/// What kernels are compiled with, and how long that took.
+/// What kernels are compiled with.
 pub(super) struct Compiler {
     pub plan: Plan,
     pub features: Features,
     pub constants: Vec<(&'static str, f64)>,
-    pub time: Duration,
     /// Of all kernels so far.
     pub names: Vec<String>,
 }
@@ -74,7 +71,6 @@ impl Compiler {
             "{name} with {features:?} is not among the kernels that tests look at"
         );
         let kernel = Kernel::new(context, name, features, &self.constants)?;
-        self.time += kernel.compile_time;
         self.names.push(name.to_string());
         Ok(kernel)
     }

@@ -9,7 +9,6 @@ mod queues;
 pub mod submission;
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use super::kernels::forms;
 use super::{Settings, Strategy};
@@ -93,7 +92,7 @@ impl Wavefront {
         let mut buffers = std::mem::take(&mut scene.buffers);
         let pixels = settings.view.region().pixels();
         let pages = FilmPages::create(context, &mut buffers, pixels, form.splats, settings.first_hit)?;
-        let mut compiler = Compiler { plan, features, constants, time: Duration::ZERO, names: Vec::new() };
+        let mut compiler = Compiler { plan, features, constants, names: Vec::new() };
         let kernels = SharedKernels::new(context, &mut compiler, &settings, &pages)?;
 
         let connects = kernels.tests.is_some();
@@ -140,11 +139,6 @@ impl Wavefront {
         };
         wavefront.bind_tests(context)?;
         Ok(wavefront)
-    }
-
-    /// Time that compiling has taken so far; drivers may take more at the first dispatch.
-    pub fn compile_time(&self) -> Duration {
-        self.compiler.time
     }
 
     /// The kernels that were compiled so far, in order.
