@@ -30,7 +30,7 @@ struct Batch {
     light_seed: u32,
     first_light_path: u32,
     light_path_count: u32,
-    /// Light paths that connect to the camera; 0 where none does.
+    /// Light paths that connect to the camera, times the share that weights trust them with; 0 where none does.
     camera_paths: f32,
     /// Of all strategies, only the one with so many light and eye vertices; EVERY_STRATEGY for all.
     only_s: u32,

@@ -69,6 +69,9 @@ pub struct Plan {
     pub to_camera: bool,
 }
 
+/// How far weights trust connections of light paths to the camera, beside what the balance heuristic does, where the light
+/// paths are those of a cache, fewer than pixels: docs/measurements.md, Light tracing.
+const CAMERA_SHARE: f32 = 0.25;
 /// Light paths for each sample of each pixel of the picture, where none are asked for.
 const LIGHT_PATHS_PER_PIXEL: f64 = 0.25;
 /// Connections in flight where an eye vertex is connected to all vertices of its light path; longer paths take several
@@ -218,6 +221,11 @@ impl Plan {
         // A vertex that is connected to the camera knows one sum for all vertices beyond it.
         let second = if self.to_camera { deep } else { second };
         [first, second, deep, self.connections.hit_scale()]
+    }
+
+    /// In weights, light paths that are connected to the camera count as so many each.
+    pub fn camera_share(&self) -> f32 {
+        if self.shares_cache() && self.record_share().is_none() { CAMERA_SHARE } else { 1.0 }
     }
 
     /// Eye vertices are connected to a cache that light paths of all pixels are in.

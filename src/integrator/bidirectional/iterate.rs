@@ -188,7 +188,7 @@ impl Bidirectional {
             connections: self.plan.connections.counts,
             hit_scale,
             density_scales: [first, second, deep],
-            camera_paths: if to_camera { light_paths as f32 } else { 0.0 },
+            camera_paths: if to_camera { light_paths as f32 * self.plan.camera_share() } else { 0.0 },
             records: self.records.as_ref().map_or(0, |records| records.count),
             vertices_per_path: self.vertices_per_path.max(1.0) as f32,
             ..batch
