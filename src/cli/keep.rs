@@ -13,6 +13,7 @@ use crate::film::checkpoint::{SavedRender, most_bytes};
 use crate::film::write::remove_leftovers;
 use crate::film::{FilmError, Region};
 use crate::integrator::Method;
+use crate::integrator::method::Setting;
 use crate::render::{Keeping, Origin, RenderError, RenderOptions, Renderer, picture_of, take_up};
 use crate::scene::Scene;
 
@@ -190,8 +191,9 @@ fn with_method(command: Vec<String>, method: Method) -> Vec<String> {
     }
     let mut command = without(&command, &["-i", "--integrator"]);
     command.extend(["-i".into(), method.name().into()]);
-    if method.plan().to_camera && method.plan().selector.is_some() {
-        command.push("--light-tracing".into());
+    if method.descriptor().takes(Setting::LightTracing) {
+        let flag = if method.plan().to_camera { "--light-tracing" } else { "--no-light-tracing" };
+        command.push(flag.into());
     }
     command
 }
@@ -235,7 +237,7 @@ mod tests {
             assert_eq!(kept(line), line);
         }
         for line in ["render a.glb", "render a.glb -i auto", "render --integrator=auto a.glb"] {
-            assert_eq!(kept(line), "render a.glb -i spcbpt");
+            assert_eq!(kept(line), "render a.glb -i spcbpt --no-light-tracing");
         }
     }
 

@@ -80,6 +80,7 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     let slot = METHODS.iter().position(|other| other.name == method.name()).unwrap_or(0);
     let mut methods = METHODS.map(Descriptor::default_method);
     methods[slot] = method;
+    let methods = methods.map(|method| args.method.for_caustics(&scene, method).0);
     let training = args.method.training()?;
     let model = args.model.load(scene.content_hash(), wanted)?;
     progress::install_interrupt();

@@ -101,14 +101,19 @@ pub fn interrupted() -> bool {
 /// with compiling.
 pub fn watched(context: &Context, quiet: bool) -> Context {
     let meter = Mutex::new(Meter::new(quiet, Some(WHOLE as u64)));
-    context.interrupted_by(interrupted, GRACE).telling_of_compiling(move |Compiling { done, of, seconds, .. }| {
-        let mut meter = meter.lock().unwrap_or_else(PoisonError::into_inner);
-        if done == of {
-            meter.finish();
-        } else if seconds > NOTICED {
-            meter.show((WHOLE * done as f64 / of as f64) as u64, format!("compiling: {done} of {of} kernels done"));
-        }
-    })
+    context.interrupted_by(interrupted, GRACE).telling_of_compiling(
+        move |Compiling { done, of, seconds, .. }| {
+            let mut meter = meter.lock().unwrap_or_else(PoisonError::into_inner);
+            if done == of {
+                meter.finish();
+            } else if seconds > NOTICED {
+                meter.show(
+                    (WHOLE * done as f64 / of as f64) as u64,
+                    format!("compiling: {done} of {of} kernels done"),
+                );
+            }
+        },
+    )
 }
 
 /// From now on Ctrl-C only makes [`interrupted`] true; a second one ends the process.

@@ -22,7 +22,7 @@ use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::checkpoint::SavedRender;
 use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
-use crate::integrator::{Method, View};
+use crate::integrator::{Choice, Method, View};
 use crate::render::{
     Budget, Keeping, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop,
     TimeLimit,
@@ -110,7 +110,8 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     say_what_is_missing(&scene);
     let load_seconds = load_start.elapsed().as_secs_f64();
     let scene_hash = scene.content_hash();
-    let method = args.named_method()?;
+    let named = args.named_method(&scene)?;
+    let (method, light_tracing) = named.map_or((None, None), |(method, why)| (Some(method), why));
     let mut options = args.options(&scene, camera, &files)?;
     options.method = method.unwrap_or(options.method);
     options.model = args.model.load(scene_hash, method)?;
@@ -154,7 +155,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         (None, Some(chosen)) if taken_up.is_none() => chosen,
         (None, _) => Prepared::new(&context, &scene, options.clone())?,
     };
-    let mut renderer = prepare(prepared, quiet)?;
+    let mut renderer = prepare(prepared.with_choice(light_tracing), quiet)?;
     args.keep.begin(&mut renderer, taken_up)?;
     let mut keeper = args.keep.keeper(keeping.clone(), &shown, quiet);
     if let Some(keeper) = keeper.as_mut().filter(|_| renderer.learning_time().total > Duration::ZERO) {
@@ -265,14 +266,17 @@ impl RenderArgs {
         }
     }
 
-    /// The integrator that is asked for, or that of the render to go on with, for which it was chosen before; `None` where
-    /// it is to be chosen.
-    fn named_method(&self) -> Result<Option<Method>, CliError> {
-        let named = self.method.method()?;
-        let Some(path) = self.keep.resumes().filter(|_| named.is_none()) else { return Ok(named) };
+    /// The integrator that is asked for, or that of the render to go on with, for which it was chosen before, as the scene
+    /// wants it; `None` where it is to be chosen.
+    fn named_method(&self, scene: &Scene) -> Result<Option<(Method, Option<Choice>)>, CliError> {
+        if let Some(named) = self.method.named_for(scene)? {
+            return Ok(Some(named));
+        }
+        let Some(path) = self.keep.resumes() else { return Ok(None) };
         let command = SavedRender::read_header(path)?.command;
         // A file whose command is none of this version's is refused with all that differs.
-        Ok(Self::of(&command).ok().map(|(render, _)| render.method.method()).transpose()?.flatten())
+        let before = Self::of(&command).ok();
+        Ok(before.map(|(render, _)| render.method.named_for(scene)).transpose()?.flatten())
     }
 
     /// The pictures to write, after every output was tried.

@@ -57,8 +57,12 @@ impl Kernel {
             Some(pipeline) => pipeline,
             None => {
                 let pipeline = compile(context, name, stitched, constants)?;
-                let made =
-                    Waiting { name: name.into(), stitched: stitched.clone(), key, pipeline: pipeline.clone() };
+                let made = Waiting {
+                    name: name.into(),
+                    stitched: stitched.clone(),
+                    key,
+                    pipeline: pipeline.clone(),
+                };
                 context.pipelines.keep(made, context.is_cpu());
                 pipeline
             }

@@ -143,13 +143,21 @@ impl Automatic {
     }
 
     fn spcbpt(scene: &Scene, reason: impl Into<String>, pilot: Duration) -> Self {
-        let caustics = caustics(scene);
-        let method = (SPCBPT.make)(&Given { light_tracing: caustics.is_some(), ..Given::default() });
         let mut choices = vec![Choice::new("integrator", SPCBPT.name, reason)];
-        choices.extend(caustics.map(|names| {
-            Choice::new("light tracing", "on", format!("smooth surfaces ({names}) bring light to others"))
-        }));
+        let (method, light_tracing) = for_caustics(scene, SPCBPT.default_method());
+        choices.extend(light_tracing);
         Self { method, choices, pilot }
+    }
+}
+
+/// The method, with light tracing where it can have it and smooth surfaces bring light to others.
+pub fn for_caustics(scene: &Scene, method: Method) -> (Method, Option<Choice>) {
+    match method.with_light_tracing().zip(caustics(scene)) {
+        Some((with, names)) => {
+            let reason = format!("smooth surfaces ({names}) bring light to others");
+            (with, Some(Choice::new("light tracing", "on", reason)))
+        }
+        None => (method, None),
     }
 }
 

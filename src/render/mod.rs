@@ -15,7 +15,7 @@ mod report;
 mod seen;
 
 pub use crate::film::state::pixel_sums;
-pub use auto::Automatic;
+pub use auto::{Automatic, for_caustics};
 pub use budget::{Budget, Estimate, Progress, Stop, TimeLimit};
 pub use checkpoint::{Keeping, picture_of, rays_of, take_up};
 pub use error::RenderError;

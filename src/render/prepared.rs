@@ -213,6 +213,12 @@ impl Prepared {
         &self.report
     }
 
+    /// Something that was chosen for this render, as its report tells.
+    pub fn with_choice(mut self, choice: Option<Choice>) -> Self {
+        self.report.choices.extend(choice);
+        self
+    }
+
     /// Learns with what is known of the scene, however it was seen.
     pub fn starting_from(self, warm_start: Option<WarmStart>) -> Self {
         Self { warm_start, ..self }

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use halfway::film::Picture;
-use halfway::integrator::method::{Given, PATH, SPCBPT};
+use halfway::integrator::method::{Given, PATH, PCBPT, SPCBPT};
 use halfway::integrator::{Method, View};
-use halfway::render::{Automatic, Budget, Prepared, RenderOptions, TimeLimit, Uploaded};
+use halfway::render::{Automatic, Budget, Prepared, RenderOptions, TimeLimit, Uploaded, for_caustics};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 
@@ -72,6 +72,25 @@ fn auto_traces_light_where_caustics_may_be() {
     dark.materials.iter_mut().for_each(|material| material.emission = glam::Vec3::ZERO);
     let automatic = Automatic::without_end(&dark);
     assert_eq!(automatic.method, Method::Path, "{:?}", automatic.choices);
+}
+
+/// Whoever names an integrator has light tracing by itself where caustics may be, unless told otherwise.
+#[test]
+fn a_named_integrator_traces_light_where_caustics_may_be() {
+    let case = Case::new();
+    let picture = |scene: &str, more: &str, said: bool| {
+        let run = case.run(&format!("render builtin:{scene} -i lvcbpt --size 28x12 --spp 8 {more} -o a.exr"));
+        run.assert(0, &[]);
+        assert_eq!(run.said.contains("chosen: light tracing on"), said, "{scene} {more}: {}", run.said);
+        case.picture("a.exr").rgb
+    };
+    let by_itself = picture("spheres", "", true);
+    assert_eq!(by_itself, picture("spheres", "--light-tracing", false));
+    assert_ne!(by_itself, picture("spheres", "--no-light-tracing", false));
+    assert_eq!(picture("cornell", "", false), picture("cornell", "--no-light-tracing", false));
+    case.refuse("render DIR/a.glb -i lvcbpt --light-tracing --no-light-tracing", &["cannot be used with"]);
+    let records = (PCBPT.make)(&Given::default());
+    assert_eq!(for_caustics(&scene("spheres"), records).0, records, "its light paths are too few");
 }
 
 /// The pilot leaves no trace in the picture.

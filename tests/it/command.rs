@@ -191,6 +191,7 @@ fn r07_settings_of_another_integrator_are_refused() {
         ("-i light --light-paths 0", &["--light-paths", "at least 1"]),
         ("-i lvcbpt --light-paths 0", &["--light-paths", "at least 1"]),
         ("--light-tracing", &["--light-tracing", &light_tracing, "--integrator"]),
+        ("-i path --no-light-tracing", &["--no-light-tracing", &light_tracing, "--integrator"]),
         ("-i light --light-tracing", &["--light-tracing", &light_tracing, "--integrator"]),
         ("--roulette-cap 0", &["--roulette-cap", "above 0 and at most 1"]),
         ("--roulette-cap 1.5", &["--roulette-cap", "above 0 and at most 1"]),

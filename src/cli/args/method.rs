@@ -9,7 +9,9 @@ use clap::{Args, ValueEnum};
 use super::InputError;
 use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt};
+use crate::integrator::{Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt};
+use crate::render::for_caustics;
+use crate::scene::Scene;
 use crate::subspace::{LEAST_UNIFORM_SHARE, Model, Optimiser, Settings, SubspaceError};
 use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
 
@@ -66,9 +68,13 @@ pub struct MethodArgs {
     light_paths: Option<u32>,
     #[command(flatten)]
     connections: ConnectionArgs,
-    #[arg(long, help = format!("Connect light paths to the camera as well ({}): finds caustics",
-                               names_of(Setting::LightTracing)))]
+    #[arg(long, conflicts_with = "no_light_tracing",
+          help = format!("Connect light paths to the camera as well ({}): finds caustics. bdpt, lvcbpt and spcbpt do so by \
+                          themselves where smooth surfaces bring light to others", names_of(Setting::LightTracing)))]
     light_tracing: bool,
+    #[arg(long, help = format!("Do not connect light paths to the camera, whatever the surfaces are ({})",
+                               names_of(Setting::LightTracing)))]
+    no_light_tracing: bool,
     #[arg(long, value_name = "SHARE", value_parser = parse_record_share,
           help = format!("Share of the pixels that have an eye path which leaves records in each sample, above 0 and up to 1; it is \
                           rounded to every so many-th pixel ({}; default: {})", names_of(Setting::Records), PcBpt::RECORD_SHARE))]
@@ -306,6 +312,7 @@ impl MethodArgs {
             ("--shares", Setting::Connections, given.shares.is_some()),
             ("--no-thinning", Setting::Connections, given.no_thinning),
             ("--light-tracing", Setting::LightTracing, given.light_tracing),
+            ("--no-light-tracing", Setting::LightTracing, self.no_light_tracing),
             ("--record-share", Setting::Records, given.record_share.is_some()),
         ] {
             self.refuse(flag, setting, is_given)?;
@@ -314,6 +321,22 @@ impl MethodArgs {
             return Err(InputError::Usage("--light-paths takes at least 1 light path per sample".into()));
         }
         Ok(self.integrator().map(|descriptor| (descriptor.make)(&given)))
+    }
+
+    /// As [`method`](Self::method), as the scene wants it.
+    ///
+    /// # Errors
+    /// As [`method`](Self::method).
+    pub fn named_for(&self, scene: &Scene) -> Result<Option<(Method, Option<Choice>)>, InputError> {
+        Ok(self.method()?.map(|method| self.for_caustics(scene, method)))
+    }
+
+    /// The method as the scene wants it, where nothing is said of light tracing; and why.
+    pub fn for_caustics(&self, scene: &Scene, method: Method) -> (Method, Option<Choice>) {
+        match self.light_tracing || self.no_light_tracing {
+            true => (method, None),
+            false => for_caustics(scene, method),
+        }
     }
 
     /// Refuses a setting that is given and that the integrator does not have.
