@@ -26,7 +26,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
 #if culling
     let from_behind = dot(view.direction, point.world_ng) < 0.0;
+#if instances
+    if from_behind && (triangles[stored_triangle(hit.triangle)].material_flags & TRIANGLE_CULLED) != 0u {
+#else
     if from_behind && (triangles[hit.triangle].material_flags & TRIANGLE_CULLED) != 0u {
+#endif
         return;
     }
 #endif

@@ -41,7 +41,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     ray.throughput *= through;
     partials = absorb(partials, through);
 #if area_lights
+#if instances
+    let light_index = triangles[stored_triangle(hit.triangle)].light;
+#else
     let light_index = triangles[hit.triangle].light;
+#endif
     if light_index != 0u {
         let weight = emitter_weight(point, vertex, partials, light_index - 1u);
         let emission = point_emission(point, vertex.world_from);

@@ -56,7 +56,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     switch kind {
         case 0u: {}
         case LIGHT_TRIANGLE + 1u: {
+#if instances
+            feature.light = triangles[stored_triangle(index_of(vertex))].light;
+#else
             feature.light = triangles[index_of(vertex)].light;
+#endif
             feature.direction = vec3f(vertex.b1, vertex.b2, 0.0);
         }
 #if environment

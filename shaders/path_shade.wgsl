@@ -70,7 +70,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let throughput = ray.throughput * transmittance(medium_between(ray.depth_medium >> 16u, point, world_out), hit.t);
 
 #if area_lights
+#if instances
+    let light_index = triangles[stored_triangle(hit.triangle)].light;
+#else
     let light_index = triangles[hit.triangle].light;
+#endif
     if light_index != 0u {
         var weight = 1.0;
         if ray.pdf_solid > 0.0 {

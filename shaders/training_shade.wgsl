@@ -45,7 +45,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     ray.throughput *= through;
     let geometry = abs(dot(vertex.world_from, point.world_ng)) * vertex.to_previous;
 #if area_lights
+#if instances
+    let light_index = triangles[stored_triangle(hit.triangle)].light;
+#else
     let light_index = triangles[hit.triangle].light;
+#endif
     if light_index != 0u && depth > 0u {
         let sampled = select(0.0, lights[light_index - 1u].pdf_select / point.area, can_sample);
         let emission = point_emission(point, vertex.world_from);

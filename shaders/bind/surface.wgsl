@@ -1,4 +1,7 @@
 #import bind/accel
+#if instances
+#import lib/instance
+#endif
 
 // Materials, and what the vertices of a triangle carry beside their positions. Buffers that a scene has no use
 // for do not exist: see `scene::features`.
@@ -61,6 +64,12 @@ fn attribute1(vertices: vec3u, b: vec3f, offset: u32) -> f32 {
 
 /// Where the numbers of a triangle's vertices begin.
 fn attribute_vertices(triangle: u32) -> vec3u {
+#if instances
+    return stored_vertices(stored_triangle(triangle));
+}
+
+fn stored_vertices(triangle: u32) -> vec3u {
+#endif
     let first = corner_vertices[triangle * 3u];
     let second = corner_vertices[triangle * 3u + 1u];
     let third = corner_vertices[triangle * 3u + 2u];

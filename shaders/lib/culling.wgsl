@@ -8,7 +8,11 @@ var<private> camera_way: f32;
 
 /// True where the ray passes.
 fn is_culled(triangle: u32, direction: vec3f) -> bool {
+#if instances
+    if camera_way == 0.0 || (triangles[stored_triangle(triangle)].material_flags & TRIANGLE_CULLED) == 0u {
+#else
     if camera_way == 0.0 || (triangles[triangle].material_flags & TRIANGLE_CULLED) == 0u {
+#endif
         return false;
     }
     return dot(surface_point(triangle, 0.0, 0.0).world_ng, direction) * camera_way > 0.0;

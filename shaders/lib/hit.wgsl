@@ -2,6 +2,9 @@
 #import lib/shading
 #import lib/math
 #import lib/surface
+#if instances
+#import lib/instance
+#endif
 #if textures
 #import lib/texture
 #endif
@@ -28,7 +31,11 @@ struct SurfacePoint {
 }
 
 fn surface_point(triangle: u32, b1: f32, b2: f32) -> SurfacePoint {
+#if instances
+    let stored = triangle_at(triangle);
+#else
     let stored = triangles[triangle];
+#endif
     let v0 = stored.v0;
     let v1 = stored.v1;
     let v2 = stored.v2;
@@ -114,7 +121,11 @@ fn point_base_color(point: SurfacePoint) -> vec4f {
 /// Share of the surface that is there: its opacity, all or nothing where that is a mask.
 fn point_presence(point: SurfacePoint) -> f32 {
 #if alpha
+#if instances
+    if (triangles[stored_triangle(point.triangle)].material_flags & TRIANGLE_ALPHA) != 0u {
+#else
     if (triangles[point.triangle].material_flags & TRIANGLE_ALPHA) != 0u {
+#endif
         let opacity = point_base_color(point).a;
         if (materials[point.material].flags & MATERIAL_MASK) != 0u {
             return select(0.0, 1.0, opacity >= materials[point.material].alpha_cutoff);
@@ -130,7 +141,11 @@ fn presence_at(triangle: u32, b1: f32, b2: f32) -> f32 {
     var point: SurfacePoint;
     point.triangle = triangle;
     point.b = vec3f(1.0 - b1 - b2, b1, b2);
+#if instances
+    point.material = triangles[stored_triangle(triangle)].material_flags & TRIANGLE_MATERIAL;
+#else
     point.material = triangles[triangle].material_flags & TRIANGLE_MATERIAL;
+#endif
     return point_presence(point);
 }
 
@@ -175,17 +190,64 @@ fn point_surface(point: SurfacePoint) -> Surface {
 #endif
 }
 
+#if instances
+#if attributes
+/// The vertices of a triangle of an instance: what three numbers of each are, and where they begin.
+fn vertex3(vertex: u32) -> vec3f {
+    let pair = vec2f(vertex_attributes[vertex], vertex_attributes[vertex + 1u]);
+    return vec3f(pair, vertex_attributes[vertex + 2u]);
+}
+#endif
+
+#if normals
+fn interpolated_normal(point: SurfacePoint) -> vec3f {
+    if !is_instanced(point.triangle) {
+        return safe_normalize(attribute3(point.triangle, point.b, NORMAL_OFFSET));
+    }
+    let instance = instances[instance_of(point.triangle)];
+    let vertices = attribute_vertices(point.triangle) + NORMAL_OFFSET;
+    let first = instance_normal(instance, vertex3(vertices.x));
+    let second = instance_normal(instance, vertex3(vertices.y));
+    let third = instance_normal(instance, vertex3(vertices.z));
+    return safe_normalize(first + point.b.y * (second - first) + point.b.z * (third - first));
+}
+#endif
+
+#if normal_map
+fn interpolated_tangent(point: SurfacePoint) -> vec4f {
+    if !is_instanced(point.triangle) {
+        return attribute4(point.triangle, point.b, TANGENT_OFFSET);
+    }
+    let instance = instances[instance_of(point.triangle)];
+    let vertices = attribute_vertices(point.triangle) + TANGENT_OFFSET;
+    let first = instance_tangent(instance, vertex3(vertices.x));
+    let second = instance_tangent(instance, vertex3(vertices.y));
+    let third = instance_tangent(instance, vertex3(vertices.z));
+    let sign = attribute1(vertices, point.b, 3u) * instance.handedness;
+    return vec4f(first + point.b.y * (second - first) + point.b.z * (third - first), sign);
+}
+#endif
+
+#endif
 /// The shading normal: interpolated, bent by the normal map.
 fn point_normal(point: SurfacePoint) -> vec3f {
     var normal = point.world_ng;
 #if normals
+#if instances
+    let interpolated = interpolated_normal(point);
+#else
     let interpolated = safe_normalize(attribute3(point.triangle, point.b, NORMAL_OFFSET));
+#endif
     normal = select(normal, interpolated, any(interpolated != vec3f(0.0)));
 #endif
 #if normal_map
     let slot = materials[point.material].normal_texture;
     if slot != 0u {
+#if instances
+        let tangent = interpolated_tangent(point);
+#else
         let tangent = attribute4(point.triangle, point.b, TANGENT_OFFSET);
+#endif
         let bitangent = cross(normal, tangent.xyz) * select(1.0, -1.0, tangent.w < 0.0);
         let map = sample_texture(slot, point_uv(point, slot)).xyz * 2.0 - 1.0;
         let scale = materials[point.material].normal_scale;

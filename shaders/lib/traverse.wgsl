@@ -36,6 +36,10 @@ struct BoxRay {
     negative: vec3<bool>,
     /// 7 minus the octant, in every byte: children nearer along the ray get the higher bits.
     octant: u32,
+#if instances
+    /// Along the ray: what the boxes of a mesh's tree are larger by.
+    room: vec3f,
+#endif
 }
 
 fn box_ray(origin: vec3f, direction: vec3f) -> BoxRay {
@@ -45,7 +49,11 @@ fn box_ray(origin: vec3f, direction: vec3f) -> BoxRay {
     let safe = select(direction, select(tiny, -tiny, direction < vec3f(0.0)), abs(direction) < tiny);
     let negative = safe < vec3f(0.0);
     let octant = select(0u, 1u, negative.x) * 4u + select(0u, 1u, negative.y) * 2u + select(0u, 1u, negative.z);
+#if instances
+    return BoxRay(origin, 1.0 / safe, negative, 7u - octant, vec3f(0.0));
+#else
     return BoxRay(origin, 1.0 / safe, negative, 7u - octant);
+#endif
 }
 
 fn bytes(word: u32) -> vec4f {
@@ -74,7 +82,11 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
     let scale = exponents * ray.inv_direction;
     let start = (bitcast<vec3f>(n0.xyz) - ray.origin) * ray.inv_direction;
     // Rounding may not close a box: each slab grows by more than the error of the sums below.
+#if instances
+    let slack = (abs(start) + 255.0 * abs(scale)) * 0x1p-22 + ray.room;
+#else
     let slack = (abs(start) + 255.0 * abs(scale)) * 0x1p-22;
+#endif
     let start_near = start - slack;
     let start_far = start + slack;
     let x = select(words.n2, words.n2.zwxy, ray.negative.x);
@@ -132,6 +144,9 @@ fn in_front(ray: ShearedRay, direction: vec3f, hit: RayHit) -> RayHit {
 #endif
 #endif
 
+#if instances
+#import lib/two_levels
+#else
 /// The hit closest to the origin among t in (0, t_max), or, with `any_hit`, the first one found.
 fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
     let sheared = shear_ray(origin, direction);
@@ -193,3 +208,4 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
 #endif
     return hit;
 }
+#endif

@@ -186,16 +186,24 @@ impl Boxed {
     /// With `room` on all sides.
     pub fn new(index: usize, triangle: &AccelTriangle, room: Vec3) -> Self {
         let [a, b, c] = triangle.vertices;
-        Self { low: a.min(b).min(c) - room, high: a.max(b).max(c) + room, index: index as u32 }
+        Self::around(index, a.min(b).min(c) - room, a.max(b).max(c) + room)
+    }
+
+    /// From `low` to `high`.
+    pub fn around(index: usize, low: Vec3, high: Vec3) -> Self {
+        Self { low, high, index: index as u32 }
     }
 }
 
-/// What makes a pair of triangles whose boxes meet one that is looked for.
-type PairTest = fn(&AccelTriangle, &AccelTriangle) -> bool;
+/// Two triangles' boxes meet, each with its room.
+pub(super) fn meets(a: &AccelTriangle, b: &AccelTriangle, [room_a, room_b]: [Vec3; 2]) -> bool {
+    let (a, b) = (Boxed::new(0, a, room_a), Boxed::new(0, b, room_b));
+    a.low.cmple(b.high).all() && b.low.cmple(a.high).all()
+}
 
 /// How far rounding may have moved a vertex, for each axis: of the file's numbers and of unit space, at both
 /// triangles, and some room for planes that are extended beyond their triangle.
-fn rounding(triangle: &AccelTriangle) -> Vec3 {
+pub(super) fn rounding(triangle: &AccelTriangle) -> Vec3 {
     let [a, b, c] = triangle.vertices.map(Vec3::abs);
     a.max(b).max(c) * 2f32.powi(-21)
 }
@@ -205,29 +213,29 @@ pub(super) fn overlaps(triangles: &[AccelTriangle]) -> Vec<Overlap> {
     let boxes = triangles
         .par_iter()
         .enumerate()
+        .filter(|(_, triangle)| !triangle.is_entry())
         .map(|(index, triangle)| Boxed::new(index, triangle, rounding(triangle)))
         .collect();
-    pairs_among(boxes, triangles, share_plane)
+    pairs_among(boxes, &|a, b| share_plane(&triangles[a as usize], &triangles[b as usize]))
 }
 
-/// All pairs of triangles whose boxes meet and that pass a test; the lower index first, sorted.
-pub(super) fn pairs_among(boxes: Vec<Boxed>, triangles: &[AccelTriangle], test: PairTest) -> Vec<Overlap> {
-    let mut overlaps = overlaps_among(boxes, triangles, test);
+/// All pairs of indices whose boxes meet and that pass a test; the lower one first, sorted.
+pub(super) fn pairs_among(boxes: Vec<Boxed>, test: &(impl Fn(u32, u32) -> bool + Sync)) -> Vec<Overlap> {
+    let mut overlaps = overlaps_among(boxes, test);
     overlaps.sort_unstable();
     overlaps.dedup();
     overlaps
 }
 
 /// Halves space as long as that separates the boxes, then compares all with all.
-fn overlaps_among(boxes: Vec<Boxed>, triangles: &[AccelTriangle], test: PairTest) -> Vec<Overlap> {
+fn overlaps_among(boxes: Vec<Boxed>, test: &(impl Fn(u32, u32) -> bool + Sync)) -> Vec<Overlap> {
     const FEW: usize = 12;
     let half = if boxes.len() > FEW { halves(&boxes) } else { None };
     let Some((lower, upper)) = half else {
-        return pairs(&boxes, triangles, test);
+        return pairs(&boxes, test);
     };
     drop(boxes);
-    let (mut overlaps, more) =
-        rayon::join(|| overlaps_among(lower, triangles, test), || overlaps_among(upper, triangles, test));
+    let (mut overlaps, more) = rayon::join(|| overlaps_among(lower, test), || overlaps_among(upper, test));
     overlaps.extend(more);
     overlaps
 }
@@ -254,14 +262,13 @@ fn halves(boxes: &[Boxed]) -> Option<(Vec<Boxed>, Vec<Boxed>)> {
     Some((reaching(&|b| b.low[axis] <= middle[axis]), reaching(&|b| b.high[axis] >= middle[axis])))
 }
 
-fn pairs(boxes: &[Boxed], triangles: &[AccelTriangle], test: PairTest) -> Vec<Overlap> {
+fn pairs(boxes: &[Boxed], test: &impl Fn(u32, u32) -> bool) -> Vec<Overlap> {
     let mut overlaps = Vec::new();
     for (i, a) in boxes.iter().enumerate() {
         for b in &boxes[i + 1..] {
             if a.low.cmple(b.high).all() && b.low.cmple(a.high).all() {
                 let (a, b) = (a.index.min(b.index), a.index.max(b.index));
-                let [first, second] = [a, b].map(|index| &triangles[index as usize]);
-                if test(first, second) {
+                if test(a, b) {
                     overlaps.push([a, b]);
                 }
             }
@@ -281,8 +288,25 @@ fn area(triangle: &AccelTriangle) -> f64 {
     0.5 * normal(triangle).length()
 }
 
+/// True where one of two triangles may lie in the plane of the other, to within `room`, and they share some area: whatever
+/// a linear map does to both, `share_plane` finds no more.
+pub(super) fn may_share_plane(a: &AccelTriangle, b: &AccelTriangle, room: f64) -> bool {
+    const NO_AREA: f64 = 1.0 / 1048576.0;
+    let lies_in = |small: &AccelTriangle, large: &AccelTriangle| {
+        let unit = normal(large).normalize();
+        let base = large.vertices[0].as_dvec3();
+        if small.vertices.iter().any(|vertex| unit.dot(vertex.as_dvec3() - base).abs() > room) {
+            return false;
+        }
+        let turned = plane_axes(unit);
+        let [small, large] = [small, large].map(|triangle| triangle.vertices.map(|v| turned(v.as_dvec3())));
+        polygon_area(&clipped(&small, &large)).abs() > NO_AREA * polygon_area(&small).abs()
+    };
+    lies_in(a, b) || lies_in(b, a)
+}
+
 /// True where two triangles lie in one plane, to within rounding, and share some area.
-fn share_plane(a: &AccelTriangle, b: &AccelTriangle) -> bool {
+pub(super) fn share_plane(a: &AccelTriangle, b: &AccelTriangle) -> bool {
     // Planes that rounding cannot tell from one another are hardly turned, unless the triangle is as small as that.
     const PARALLEL: f64 = 0.99;
     let (normal_a, normal_b) = (normal(a), normal(b));

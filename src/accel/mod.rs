@@ -6,7 +6,9 @@
 //! things stand on wide triangles (`wide.rs`), the finest of them is the origin, since numbers have most digits there.
 
 mod coincident;
+mod copies;
 mod covers;
+mod instances;
 mod nearby;
 mod thin;
 mod wide;
@@ -21,11 +23,14 @@ use obvhs::{Boundable, BvhBuildParams};
 use thiserror::Error;
 
 use coincident::Precedence;
+pub use copies::arranged;
+use instances::SharedMesh;
+pub use instances::{AccelInstance, Instances, block_bits};
 pub use wide::without_wide_triangles;
 
 use crate::fault::Fault;
 use crate::math::scale::{normalising_exponent, scale_by_power_of_two};
-use crate::scene::Scene;
+use crate::scene::{Mesh, Scene};
 
 /// Building the acceleration structure.
 #[derive(Debug, Error)]
@@ -34,13 +39,17 @@ pub enum AccelError {
         "{count} triangles are more than one acceleration structure holds; split the scene or decimate its meshes"
     )]
     TooManyTriangles { count: usize },
+    #[error(
+        "{count} triangles, those of instances counted each time, are more than can be told apart; show fewer instances"
+    )]
+    TooManyInstances { count: usize },
 }
 
 impl AccelError {
     /// Whose fault it is.
     pub fn fault(&self) -> Fault {
         match self {
-            Self::TooManyTriangles { .. } => Fault::Input,
+            Self::TooManyTriangles { .. } | Self::TooManyInstances { .. } => Fault::Input,
         }
     }
 }
@@ -96,8 +105,10 @@ pub struct AccelTriangle {
 pub struct Accel {
     /// obvhs' 80-byte nodes as words; never empty.
     pub nodes: Vec<[u32; 20]>,
-    /// In the order of the nodes' references. Spatial splits may list a triangle more than once.
+    /// In the order of the nodes' references: those of the scene's tree, some of which stand for instances, then those of the
+    /// meshes that have instances, in the meshes' spaces. Spatial splits may list a triangle more than once.
     pub triangles: Vec<AccelTriangle>,
+    pub instances: Instances,
     /// Levels of inner nodes: what a traversal stack must hold.
     pub depth: u32,
     /// Triangles left out: zero area, or so thin that their area is zero in unit space.
@@ -135,13 +146,19 @@ impl Accel {
             return Err(AccelError::TooManyTriangles { count: scene.triangle_count() });
         }
         let unit = unit_space(scene);
-        let (mut triangles, dropped) = unit_triangles(scene, &unit);
+        let (mut triangles, mut dropped) = unit_triangles(scene, &unit);
         let precedence = Precedence::new(scene, &triangles);
         let mut coincidence = leave_out_hidden(scene, &precedence, &mut triangles);
-        if triangles.is_empty() {
+        let meshes: Vec<Option<SharedMesh>> = (0..)
+            .zip(&scene.meshes)
+            .map(|(index, mesh)| if mesh.instances.is_empty() { None } else { SharedMesh::new(index, mesh) })
+            .collect();
+        let mut instances = Instances::default();
+        if triangles.is_empty() && meshes.iter().all(Option::is_none) {
             return Ok(Self {
                 nodes: vec![[0; 20]],
                 triangles,
+                instances,
                 depth: 1,
                 dropped,
                 covers: Vec::new(),
@@ -151,12 +168,26 @@ impl Accel {
                 build_time: start.elapsed(),
             });
         }
-        let bvh = build_bvh(&triangles);
-        let depth = depth(&bvh, 0);
+        let (bvh, places) = match meshes.iter().all(Option::is_none) {
+            true => (build_bvh(&triangles), Vec::new()),
+            false => tree_of_both(scene, &unit, &triangles, &meshes),
+        };
+        let mut depth = depth(&bvh, 0);
         let CwBvh { nodes, primitive_indices, .. } = bvh;
         // What is not in the BVH's order goes before more is made.
-        triangles = primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
-        drop(primitive_indices);
+        triangles = (0..)
+            .zip(&primitive_indices)
+            .map(|(at, &index)| match (index as usize).checked_sub(triangles.len()) {
+                None => triangles[index as usize],
+                Some(place) => {
+                    instances.list.push(places[place]);
+                    instances.entries.push(at);
+                    instances::entry(places[place].mesh)
+                }
+            })
+            .collect();
+        drop((primitive_indices, places));
+        let mut nodes: Vec<[u32; 20]> = bytemuck::cast_vec(nodes);
         let overlaps = coincident::overlaps(&triangles);
         coincidence.overlaps = overlaps.len();
         let mut emitters: Vec<u32> = overlaps.as_flattened().to_vec();
@@ -166,9 +197,16 @@ impl Accel {
         coincidence.overlapping_emitters = emitters.len();
         let thin_gaps = thin::has_thin_gaps(&triangles);
         let covers = covers::covers(&mut triangles, &overlaps, &precedence);
+        if !instances.list.is_empty() {
+            dropped += meshes.iter().zip(&scene.meshes).map(dropped_by_instances).sum::<usize>();
+            let deepest = instances.finish(scene, meshes, &mut nodes, &mut triangles);
+            // On its way into an instance a ray leaves other triangles of the node behind.
+            depth += 1 + deepest.ok_or(AccelError::TooManyInstances { count: scene.triangle_count() })?;
+        }
         Ok(Self {
-            nodes: bytemuck::cast_slice(&nodes).to_vec(),
+            nodes,
             triangles,
+            instances,
             depth,
             dropped,
             covers,
@@ -178,6 +216,53 @@ impl Accel {
             build_time: start.elapsed(),
         })
     }
+}
+
+impl Accel {
+    /// The triangle of a number that a hit has, in unit space.
+    pub fn triangle_at(&self, number: u32) -> AccelTriangle {
+        let (instance, stored) = self.instances.resolve(number);
+        let triangle = self.triangles[stored as usize];
+        instance.map(|index| &self.instances.list[index]).map_or(triangle, |instance| AccelTriangle {
+            vertices: triangle.vertices.map(|vertex| instance.point(vertex)),
+            flipped: triangle.flipped != instance.is_mirrored,
+            ..triangle
+        })
+    }
+
+    /// The numbers of all triangles that are shown.
+    pub fn numbers(&self) -> impl Iterator<Item = u32> {
+        let own = self.instances.list.iter().map(|instance| instance.first_triangle).min();
+        let own = own.unwrap_or(self.triangles.len() as u32);
+        let once = (0..own).filter(|&index| !self.triangles[index as usize].is_entry());
+        let of = |instance: &AccelInstance| instance.first_number..instance.first_number + instance.triangles;
+        once.chain(self.instances.list.iter().flat_map(of))
+    }
+}
+
+/// The tree over triangles and instances: the indices of these come after those of triangles.
+fn tree_of_both(
+    scene: &Scene,
+    unit: &UnitSpace,
+    triangles: &[AccelTriangle],
+    meshes: &[Option<SharedMesh>],
+) -> (CwBvh, Vec<AccelInstance>) {
+    let mut boxes: Vec<Aabb> = triangles.iter().map(Boundable::aabb).collect();
+    let mut places = Vec::new();
+    for (index, (mesh, shared)) in scene.meshes.iter().zip(meshes).enumerate() {
+        let Some(shared) = shared else { continue };
+        for (place, instance) in mesh.instances.iter().enumerate() {
+            let (placed, aabb) = shared.place(instance, unit);
+            places.push(AccelInstance { mesh: index as u32, place: place as u32, ..placed });
+            boxes.push(aabb);
+        }
+    }
+    (build_bvh(&boxes), places)
+}
+
+fn dropped_by_instances((shared, mesh): (&Option<SharedMesh>, &Mesh)) -> usize {
+    let all = if mesh.instances.is_empty() { 0 } else { mesh.triangles.len() };
+    shared.as_ref().map_or(all, |shared| shared.dropped) * mesh.places()
 }
 
 /// Leaves out what no ray can meet, since another triangle of the same vertices is in front of it on both sides.
@@ -210,11 +295,10 @@ fn leave_out_hidden(
     coincidence
 }
 
+/// The corners of all triangles that are shown, with their meshes and their indices there.
 fn corners(scene: &Scene) -> impl Iterator<Item = (u32, u32, [DVec3; 3])> {
-    scene.meshes.iter().enumerate().flat_map(|(mesh_index, mesh)| {
-        mesh.triangles.iter().enumerate().map(move |(index, triangle)| {
-            (mesh_index as u32, index as u32, triangle.map(|vertex| mesh.positions[vertex as usize]))
-        })
+    (0..).zip(&scene.meshes).flat_map(|(mesh_index, mesh)| {
+        mesh.world_corners().map(move |(index, corners)| (mesh_index, index as u32, corners))
     })
 }
 
@@ -228,15 +312,20 @@ fn has_area(corners: &[DVec3; 3]) -> bool {
 }
 
 fn unit_space(scene: &Scene) -> UnitSpace {
+    unit_space_around(corners(scene).map(|(_, _, corners)| corners), scene.middle)
+}
+
+/// The unit space of triangles by their corners.
+fn unit_space_around(triangles: impl Iterator<Item = [DVec3; 3]>, middle: Option<DVec3>) -> UnitSpace {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for (_, _, corners) in corners(scene).filter(|(_, _, corners)| has_area(corners)) {
+    for corners in triangles.filter(has_area) {
         for corner in corners {
             low = low.min(corner);
             high = high.max(corner);
         }
     }
     // Half first: the sum of two huge numbers overflows.
-    let (centre, half) = match scene.middle {
+    let (centre, half) = match middle {
         None => (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low),
         Some(middle) => (middle, (high - middle).max(middle - low)),
     };
@@ -248,36 +337,44 @@ fn unit_space(scene: &Scene) -> UnitSpace {
     exponent.map_or_else(UnitSpace::default, |exponent| UnitSpace { centre, exponent })
 }
 
+/// The triangles of meshes that are shown once, and how many are left out.
 fn unit_triangles(scene: &Scene, unit: &UnitSpace) -> (Vec<AccelTriangle>, usize) {
-    let mut triangles = Vec::with_capacity(scene.triangle_count());
-    let mut dropped = 0;
-    for (mesh, triangle, corners) in corners(scene) {
-        let vertices = corners.map(|corner| unit.point(corner));
-        if !has_area(&corners) || !has_area(&vertices.map(|vertex| vertex.as_dvec3())) {
-            dropped += 1;
-            continue;
-        }
-        let mut order = [0u8, 1, 2];
-        order.sort_by(|&a, &b| {
-            let (a, b) = (vertices[a as usize].to_array(), vertices[b as usize].to_array());
-            a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
-        });
-        triangles.push(AccelTriangle {
-            vertices: order.map(|corner| vertices[corner as usize]),
-            corners: order,
-            // Odd permutations turn the winding.
-            flipped: matches!(order, [0, 2, 1] | [1, 0, 2] | [2, 1, 0]),
-            mesh,
-            triangle,
-            cover: 0,
-        });
+    let once = || (0..).zip(&scene.meshes).filter(|(_, mesh)| mesh.instances.is_empty());
+    let count = once().map(|(_, mesh)| mesh.triangles.len()).sum();
+    let mut triangles = Vec::with_capacity(count);
+    for (index, mesh) in once() {
+        let in_unit = |(triangle, corners)| sorted(index, triangle as u32, corners, unit);
+        triangles.extend(mesh.world_corners().filter_map(in_unit));
     }
+    let dropped = count - triangles.len();
     (triangles, dropped)
+}
+
+/// A triangle in unit space, its vertices sorted; `None` for one without area.
+fn sorted(mesh: u32, triangle: u32, corners: [DVec3; 3], unit: &UnitSpace) -> Option<AccelTriangle> {
+    let vertices = corners.map(|corner| unit.point(corner));
+    if !has_area(&corners) || !has_area(&vertices.map(|vertex| vertex.as_dvec3())) {
+        return None;
+    }
+    let mut order = [0u8, 1, 2];
+    order.sort_by(|&a, &b| {
+        let (a, b) = (vertices[a as usize].to_array(), vertices[b as usize].to_array());
+        a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
+    });
+    Some(AccelTriangle {
+        vertices: order.map(|corner| vertices[corner as usize]),
+        corners: order,
+        // Odd permutations turn the winding.
+        flipped: matches!(order, [0, 2, 1] | [1, 0, 2] | [2, 1, 0]),
+        mesh,
+        triangle,
+        cover: 0,
+    })
 }
 
 /// The slower, better builders pay for themselves in seconds of tracing; past a few hundred thousand triangles
 /// their time would be noticed.
-fn build_bvh(triangles: &[AccelTriangle]) -> CwBvh {
+fn build_bvh<T: Boundable>(triangles: &[T]) -> CwBvh {
     let parameters = if triangles.len() <= 300_000 {
         BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }
     } else {

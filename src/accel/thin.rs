@@ -10,7 +10,7 @@ use super::coincident::{Boxed, pairs_among};
 
 /// Distance of two surfaces as a share of their largest coordinate below which rays may step over the nearer one: eight
 /// steps.
-const THIN: f32 = 1.0 / (1 << 17) as f32;
+pub(super) const THIN: f32 = 1.0 / (1 << 17) as f32;
 
 /// True where some triangles along two axes are nearly in one plane and side by side, but not in the same one.
 pub(super) fn has_thin_gaps(triangles: &[AccelTriangle]) -> bool {
@@ -20,22 +20,22 @@ pub(super) fn has_thin_gaps(triangles: &[AccelTriangle]) -> bool {
         .filter(|(_, triangle)| flat_axis(triangle).is_some())
         .map(|(index, triangle)| Boxed::new(index, triangle, glam::Vec3::splat(THIN * reach(triangle))))
         .collect();
-    !pairs_among(boxes, triangles, is_thin).is_empty()
+    !pairs_among(boxes, &|a, b| is_thin(&triangles[a as usize], &triangles[b as usize])).is_empty()
 }
 
 /// The axis along which all vertices have one coordinate.
-fn flat_axis(triangle: &AccelTriangle) -> Option<usize> {
+pub(super) fn flat_axis(triangle: &AccelTriangle) -> Option<usize> {
     let [a, b, c] = triangle.vertices;
     (0..3).find(|&axis| a[axis] == b[axis] && b[axis] == c[axis])
 }
 
-fn reach(triangle: &AccelTriangle) -> f32 {
+pub(super) fn reach(triangle: &AccelTriangle) -> f32 {
     let [a, b, c] = triangle.vertices.map(glam::Vec3::abs);
     a.max(b).max(c).max_element()
 }
 
 /// Of two triangles whose boxes meet.
-fn is_thin(a: &AccelTriangle, b: &AccelTriangle) -> bool {
+pub(super) fn is_thin(a: &AccelTriangle, b: &AccelTriangle) -> bool {
     let (Some(axis), Some(other)) = (flat_axis(a), flat_axis(b)) else { return false };
     let gap = (a.vertices[0][axis] - b.vertices[0][axis]).abs();
     axis == other && gap > 0.0 && gap < THIN * reach(a).max(reach(b))

@@ -11,7 +11,7 @@
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BTreeSet, BinaryHeap, HashMap};
 
 use glam::DVec3;
 
@@ -125,10 +125,8 @@ impl Cutter {
         let in_unit = |corners: [DVec3; 3]| corners.map(|corner| unit.point_f64(corner));
         let all = || corners(scene).filter(|(_, _, corners)| has_area(corners));
         let longest = all().map(|(_, _, corners)| longest(&in_unit(corners))).fold(0.0, f64::max);
-        let small = all()
-            .map(|(_, _, corners)| (corners[0], in_unit(corners)))
-            .map(|(place, corners)| (place, corners, self::longest(&corners)))
-            .filter(|(_, _, size)| size * WIDEST < longest);
+        let small = scene.meshes.iter().flat_map(|mesh| standing(mesh, &unit));
+        let small = small.filter(|(_, _, size)| size * WIDEST < longest);
         let mut cutter = Self {
             scene: scene.clone(),
             unit,
@@ -248,6 +246,63 @@ impl Cutter {
             self.add(mesh, second, halves[1].0, halves[1].1);
         }
     }
+}
+
+/// A triangle that may stand on others: a corner in the scene's units, the corners in unit space, the length of the longest
+/// edge.
+type Standing = (DVec3, [DVec3; 3], f64);
+
+/// The triangles of a mesh that may stand on others. For an instance that is not much larger than its smallest triangle that
+/// one stands for all: beside it the others make no difference.
+fn standing(mesh: &Mesh, unit: &UnitSpace) -> Vec<Standing> {
+    /// `NEAR` is this many sizes of what stands there.
+    const NOT_MUCH: f64 = 0.5 * NEAR * WIDEST;
+    let in_unit = |corners: [DVec3; 3]| {
+        let in_unit = corners.map(|corner| unit.point_f64(corner));
+        (corners[0], in_unit, longest(&in_unit))
+    };
+    let all =
+        mesh.world_corners().filter(|(_, corners)| has_area(corners)).map(|(_, corners)| in_unit(corners));
+    if mesh.instances.is_empty() {
+        return all.collect();
+    }
+    let area = mesh.triangles.iter().map(|triangle| triangle.map(|vertex| mesh.positions[vertex as usize]));
+    let count = area.filter(has_area).count();
+    let mut standing = Vec::new();
+    let mut of_instance: Vec<Standing> = Vec::with_capacity(count);
+    for triangle in all {
+        of_instance.push(triangle);
+        if of_instance.len() < count {
+            continue;
+        }
+        let smallest = *of_instance.iter().fold(&of_instance[0], |a, b| if b.2 < a.2 { b } else { a });
+        let corners = of_instance.iter().flat_map(|(_, corners, _)| corners);
+        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &corner| {
+            (low.min(corner), high.max(corner))
+        });
+        match (high - low).length() < NOT_MUCH * smallest.2 {
+            true => standing.push(smallest),
+            false => standing.append(&mut of_instance),
+        }
+        of_instance.clear();
+    }
+    // What the areas of some instance's triangles round to may differ.
+    standing.append(&mut of_instance);
+    standing
+}
+
+/// The instances, by mesh and number, that have triangles so wide that they may have to be cut.
+pub(super) fn wide_instances(scene: &Scene) -> BTreeSet<(usize, usize)> {
+    let Some(smallest) = smallest_beside_wide(scene) else { return BTreeSet::new() };
+    let mut wide = BTreeSet::new();
+    for (index, mesh) in scene.meshes.iter().enumerate().filter(|(_, mesh)| !mesh.instances.is_empty()) {
+        let count = mesh.triangles.len();
+        let sizes = mesh.world_corners().map(|(_, corners)| longest(&corners));
+        for (at, _) in sizes.enumerate().filter(|(_, size)| *size > WIDEST * smallest) {
+            wide.insert((index, at / count));
+        }
+    }
+    wide
 }
 
 /// Adds a vertex half-way between two others; returns its index.

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::Vec3;
 use serde::Serialize;
 
-use crate::accel::{Accel, AccelTriangle, without_wide_triangles};
+use crate::accel::{Accel, AccelTriangle, arranged};
 use crate::device::layout::{Camera, Counts, Hit, PathRay, ShadowRay};
 use crate::device::scene::DeviceScene;
 use crate::device::{Bound, BufferTable, Context, Feature, Kernel};
@@ -57,7 +57,7 @@ impl RayBench {
         camera: usize,
         [width, height]: [u32; 2],
     ) -> Result<Self, RenderError> {
-        let scene = &*without_wide_triangles(scene);
+        let scene = &*arranged(scene);
         let accel = Accel::build(scene)?;
         // Materials and lights do not matter to rays; alpha would.
         let features = SceneFeatures { alpha: false, ..SceneFeatures::of(scene) };
@@ -95,7 +95,7 @@ impl RayBench {
             .iter()
             .zip(&bench.sets[0].rays)
             .filter(|(hit, _)| hit.triangle != u32::MAX)
-            .map(|(hit, ray)| surface(&bench.accel.triangles[hit.triangle as usize], hit, v(ray.direction)))
+            .map(|(hit, ray)| surface(&bench.accel.triangle_at(hit.triangle), hit, v(ray.direction)))
             .collect();
         let random = |index: usize, dimension: u32| {
             uniform4(RandomKey { pixel: index as u32, sample: 0, seed: 1 }, dimension)
@@ -118,9 +118,8 @@ impl RayBench {
     /// Nine numbers per triangle: its vertices.
     pub fn triangles(&self) -> Vec<f32> {
         self.accel
-            .triangles
-            .iter()
-            .flat_map(|triangle| triangle.vertices)
+            .numbers()
+            .flat_map(|number| self.accel.triangle_at(number).vertices)
             .flat_map(|v| v.to_array())
             .collect()
     }

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum as _};
 
 use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
-use crate::accel::{Accel, without_wide_triangles};
+use crate::accel::{Accel, arranged};
 use crate::device::context::{adapter, binding_of};
 use crate::device::host_memory::{free_memory, used_memory};
 use crate::device::scene::{SceneMemory, readable_bytes};
@@ -66,7 +66,7 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
 
 fn describe(scene: &Scene) -> Result<(), CliError> {
     memory(scene)?;
-    let accel = Accel::build(&without_wide_triangles(scene))?;
+    let accel = Accel::build(&arranged(scene))?;
     contents(scene, &accel);
     if !scene.warnings.is_empty() {
         println!("\nwarnings: {} (--strict refuses faults of the file)", scene.warnings.len());

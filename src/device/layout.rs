@@ -44,6 +44,38 @@ pub const TRIANGLE_ALPHA: u32 = 1 << 25;
 /// The camera looks through the triangle's back.
 pub const TRIANGLE_CULLED: u32 = 1 << 26;
 
+/// In the tree of the scene: an instance, whose index is in `light`.
+pub const TRIANGLE_INSTANCE: u32 = 1 << 27;
+
+device_struct! {
+    /// A mesh in one of its places.
+    pub struct Instance {
+        /// Columns of the linear part, from the mesh's space to unit space.
+        pub x: [f32; 3],
+        /// Of the mesh's tree.
+        pub root: u32,
+        pub y: [f32; 3],
+        /// What the numbers of its triangles are beyond their indices.
+        pub shift: u32,
+        pub z: [f32; 3],
+        /// -1 of a mirror image, or 1.
+        pub handedness: f32,
+        pub origin: [f32; 3],
+        /// The largest coordinate of any of its points in unit space.
+        pub reach: f32,
+        /// What rounding leaves out of `origin`.
+        pub origin_rest: [f32; 3],
+        pub pad0: u32,
+        /// Columns of the inverse.
+        pub inverse_x: [f32; 3],
+        pub pad1: u32,
+        pub inverse_y: [f32; 3],
+        pub pad2: u32,
+        pub inverse_z: [f32; 3],
+        pub pad3: u32,
+    }
+}
+
 device_struct! {
     /// Which samples of which pixels a batch holds.
     pub struct Batch {

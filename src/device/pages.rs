@@ -51,6 +51,8 @@ paged_buffers! {
     Texels "texels" 4,
     EnvironmentTexels "environment_texels" 8,
     EnvironmentAlias "environment_alias" 8,
+    Instances "instances" 128,
+    InstanceBlocks "instance_blocks" 4,
 }
 
 const KINDS: usize = PagedBuffer::ALL.len();

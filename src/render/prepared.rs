@@ -8,7 +8,7 @@ use super::caveats::caveats;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::seen::{Seen, SeenLayers, Surfaces};
 use super::{Budget, LearningTime, PictureMemory, RenderOptions, Renderer, Report, Stop, TimeLimit};
-use crate::accel::{Accel, without_wide_triangles};
+use crate::accel::{Accel, arranged};
 use crate::device::layout::Camera;
 use crate::device::scene::{DeviceScene, SceneMemory};
 use crate::device::{Context, DeviceError};
@@ -64,7 +64,7 @@ impl Uploaded {
     ) -> Result<Self, RenderError> {
         let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         SceneMemory::of(scene, &features).check(context)?;
-        let cut = without_wide_triangles(scene);
+        let cut = arranged(scene);
         let accel = Accel::build(&cut)?;
         Ok(Self {
             context: context.clone(),
@@ -72,7 +72,7 @@ impl Uploaded {
             hash: scene.content_hash(),
             warnings: scene.warnings.iter().map(ToString::to_string).collect(),
             has_mirrors: scene.materials.iter().any(Material::is_delta),
-            triangles: accel.triangles.len(),
+            triangles: accel.numbers().count(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
             surfaces: layers.any().then(|| Arc::new(Surfaces::new(&cut, &accel, layers))),

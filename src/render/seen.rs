@@ -4,16 +4,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2};
+use glam::{DAffine3, DVec3, Vec2};
 
 use super::RenderError;
-use crate::accel::{Accel, AccelTriangle};
+use crate::accel::{Accel, AccelTriangle, Instances};
 use crate::device::Context;
 use crate::device::layout::Hit;
 use crate::film::Picture;
 use crate::film::cryptomatte::Matte;
 use crate::integrator::Wavefront;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Instance, Mesh, Scene};
 
 /// Layers beside the picture that only an output with them pays for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +55,9 @@ impl SeenLayers {
 #[derive(Debug, Default)]
 pub(super) struct Surfaces {
     layers: SeenLayers,
+    instances: Instances,
+    /// Of each instance: its transform to world space, and its name.
+    places: Vec<(DAffine3, u32)>,
     /// Of the stored vertices.
     positions: Vec<[DVec3; 3]>,
     uvs: Vec<[Vec2; 3]>,
@@ -92,7 +95,34 @@ impl Surfaces {
                 materials.map(|(index, material)| named(&material.name, "material", index)).collect(),
             ];
         }
+        surfaces.add_places(scene, accel);
         surfaces
+    }
+
+    /// Instances of one name have one id.
+    fn add_places(&mut self, scene: &Scene, accel: &Accel) {
+        let mut known: BTreeMap<&str, u32> = BTreeMap::new();
+        for placed in &accel.instances.list {
+            let Instance { transform, name } =
+                &scene.meshes[placed.mesh as usize].instances[placed.place as usize];
+            let id = match known.get(&**name) {
+                Some(&id) => id,
+                None => {
+                    let id = self.names[0].len() as u32;
+                    self.names[0].push(named(name, "object", placed.mesh as usize));
+                    known.insert(name, id);
+                    id
+                }
+            };
+            self.places.push((*transform, id));
+        }
+        self.instances = accel.instances.clone();
+    }
+
+    /// The index of the triangle of a number, and the place that shows it where it is one of an instance.
+    fn resolve(&self, number: u32) -> (usize, Option<&(DAffine3, u32)>) {
+        let (instance, stored) = self.instances.resolve(number);
+        (stored as usize, instance.map(|index| &self.places[index]))
     }
 }
 
@@ -164,21 +194,25 @@ impl Seen {
 
     fn take(&mut self, pixel: usize, sample: u32, hit: Option<&Hit>) {
         let Some(hit) = hit else { return };
-        let triangle = hit.triangle as usize;
+        let (triangle, place) = self.surfaces.resolve(hit.triangle);
         let weights = [1.0 - hit.b1 - hit.b2, hit.b1, hit.b2];
         if let Some(covered) = self.covered.get_mut(pixel) {
             *covered += 1;
         }
-        if let Some(place @ None) = self.positions.get_mut(pixel) {
+        if let Some(position @ None) = self.positions.get_mut(pixel) {
             let corners = self.surfaces.positions[triangle];
-            *place = Some((0..3).map(|i| f64::from(weights[i]) * corners[i]).sum());
+            let corners =
+                place.map_or(corners, |(transform, _)| corners.map(|c| transform.transform_point3(c)));
+            *position = Some((0..3).map(|i| f64::from(weights[i]) * corners[i]).sum());
         }
-        if let Some(place @ None) = self.uvs.get_mut(pixel) {
+        if let Some(uv @ None) = self.uvs.get_mut(pixel) {
             let corners = self.surfaces.uvs[triangle];
-            *place = Some((0..3).map(|i| weights[i] * corners[i]).sum());
+            *uv = Some((0..3).map(|i| weights[i] * corners[i]).sum());
         }
         if let Some(ids) = self.ids.get_mut(pixel).filter(|_| sample < MOST_FOR_IDS) {
-            *ids.entry(self.surfaces.ids[triangle]).or_default() += 1;
+            let [object, material] = self.surfaces.ids[triangle];
+            let object = place.map_or(object, |&(_, object)| object);
+            *ids.entry([object, material]).or_default() += 1;
         }
     }
 

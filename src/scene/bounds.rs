@@ -11,11 +11,11 @@ pub struct Bounds {
 
 impl Bounds {
     /// The box around all points; the origin where there are none.
-    pub fn of<'a>(points: impl Iterator<Item = &'a DVec3>) -> Self {
+    pub fn of(points: impl Iterator<Item = DVec3>) -> Self {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in points {
-            low = low.min(*point);
-            high = high.max(*point);
+            low = low.min(point);
+            high = high.max(point);
         }
         match low.is_finite() {
             true => Self { low, high },

@@ -6,8 +6,8 @@
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 
 use super::{
-    AlphaMode, Camera, Environment, Filter, Image, LightKind, Material, Mesh, Projection, PunctualLight,
-    Scene, Texture, TextureRef, Wrap,
+    AlphaMode, Camera, Environment, Filter, Image, Instance, LightKind, Material, Mesh, Projection,
+    PunctualLight, Scene, Texture, TextureRef, Wrap,
 };
 use crate::math::fnv::Fnv;
 
@@ -31,6 +31,7 @@ impl Scene {
             variants: _,
             resolution: _,
             middle: _,
+            repeated: _,
             warnings: _,
         } = self;
         let mut hash = Fnv::default();
@@ -84,7 +85,7 @@ macro_rules! fields {
 }
 
 fields! {
-    Mesh { material, positions, normals, tangents, uvs, colors, triangles; name } by default Mesh::default();
+    Mesh { material, positions, normals, tangents, uvs, colors, triangles, instances; name } by default Mesh::default();
     Material {
         base_color, alpha, base_color_texture, metallic, roughness, metallic_roughness_texture, normal_texture,
         normal_scale, emission, emission_texture, alpha_mode, double_sided, culled, ior, specular, specular_texture,
@@ -133,6 +134,14 @@ macro_rules! plain {
 }
 
 plain!(f32, u32, Vec2, Vec3, Vec4, DVec3, [u32; 3], [u8; 4], [f32; 3]);
+
+impl Hashed for Vec<Instance> {
+    fn put(&self, hash: &mut Fnv) {
+        self.iter().for_each(|Instance { transform, name: _ }| {
+            hash.bytes(bytemuck::cast_slice(&transform.to_cols_array()));
+        });
+    }
+}
 
 impl Hashed for bool {
     fn put(&self, hash: &mut Fnv) {

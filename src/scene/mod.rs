@@ -14,6 +14,7 @@ pub mod gltf;
 mod bounds;
 mod camera;
 mod hash;
+mod instance;
 mod light;
 mod light_groups;
 mod material;
@@ -29,6 +30,7 @@ pub use camera::{Camera, Pose, Projection};
 pub use environment::{Environment, EqualAreaMap};
 pub use error::{SceneError, ViewpointError};
 pub use features::SceneFeatures;
+pub use instance::{Instance, Instancing, Repeated, normal_matrix, worth_keeping};
 pub use light::{LightKind, PunctualLight};
 pub use light_groups::LightGroup;
 pub use material::{AlphaMode, Material, TextureRef};
@@ -41,7 +43,7 @@ pub use warning::Warning;
 pub struct Scene {
     /// The file's stem, or the name of a built-in scene.
     pub name: String,
-    /// World-space meshes; instances are flattened.
+    /// World-space meshes, but for those with instances.
     pub meshes: Vec<Mesh>,
     pub materials: Vec<Material>,
     /// Decoded pictures, shared by `textures`.
@@ -60,11 +62,13 @@ pub struct Scene {
     pub resolution: Option<[u32; 2]>,
     /// What unit space (`accel`) has in its middle, scene units; `None` for the middle of the box around all triangles.
     pub middle: Option<DVec3>,
+    /// How meshes are held that are shown often.
+    pub repeated: Vec<Repeated>,
     /// What is not shown as the file has it.
     pub warnings: Vec<Warning>,
 }
 
-/// A set of triangles with one material, in world space.
+/// A set of triangles with one material, in world space; in a space of its own where it has instances.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub name: String,
@@ -80,17 +84,19 @@ pub struct Mesh {
     /// `COLOR_0`: linear, multiplies base colour and alpha.
     pub colors: Option<Vec<Vec4>>,
     pub triangles: Vec<[u32; 3]>,
+    /// Where the mesh is shown; empty for one that is shown once, as it is. Meshes that emit have none.
+    pub instances: Vec<Instance>,
 }
 
 impl Scene {
-    /// Number of triangles, all meshes together.
+    /// Number of triangles that are shown, all meshes and their instances together.
     pub fn triangle_count(&self) -> usize {
-        self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
+        self.meshes.iter().map(|mesh| mesh.triangles.len() * mesh.places()).sum()
     }
 
     /// The box around all vertices; the origin where there are none.
     pub fn bounds(&self) -> Bounds {
-        Bounds::of(self.meshes.iter().flat_map(|mesh| &mesh.positions))
+        Bounds::of(self.meshes.iter().flat_map(Mesh::world_positions))
     }
 
     /// Lets the camera look through the backs of single-sided surfaces, as glTF has it where `doubleSided` is false. What

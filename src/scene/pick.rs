@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Mesh, Scene};
+use super::{Instance, Mesh, Scene};
 
 /// Triangles per task.
 const CHUNK: usize = 1 << 14;
@@ -16,18 +16,29 @@ impl Scene {
         let line = Line::new(origin, direction)?;
         let culled =
             |mesh: &Mesh| self.materials.get(mesh.material as usize).is_some_and(|material| material.culled);
-        let nearest = |mesh: &Mesh, triangles: &[[u32; 3]]| {
+        let places = self.meshes.par_iter().flat_map_iter(|mesh| {
+            let instances = mesh.instances.iter().map(Some);
+            instances.chain(mesh.instances.is_empty().then_some(None)).map(move |instance| (mesh, instance))
+        });
+        let nearest = |mesh: &Mesh, instance: Option<&Instance>, triangles: &[[u32; 3]]| {
+            let place = |vertex: u32| {
+                let position = mesh.positions[vertex as usize];
+                instance.map_or(position, |instance| instance.transform.transform_point3(position))
+            };
+            let turned = instance.is_some_and(Instance::is_mirrored);
+            let front = |[a, b, c]: [u32; 3]| if turned { [a, c, b] } else { [a, b, c] };
             let distances = triangles
                 .iter()
-                .map(|triangle| triangle.map(|vertex| mesh.positions[vertex as usize]))
+                .map(|triangle| front(*triangle).map(place))
                 .filter(|[a, b, c]| !culled(mesh) || (b - a).cross(c - a).dot(direction) <= 0.0)
                 .filter_map(|corners| line.distance(corners));
             distances.min_by(f64::total_cmp)
         };
-        self.meshes
-            .par_iter()
-            .flat_map(|mesh| {
-                mesh.triangles.par_chunks(CHUNK).filter_map(move |triangles| nearest(mesh, triangles))
+        places
+            .flat_map(|(mesh, instance)| {
+                mesh.triangles
+                    .par_chunks(CHUNK)
+                    .filter_map(move |triangles| nearest(mesh, instance, triangles))
             })
             .min_by(f64::total_cmp)
     }

@@ -23,6 +23,7 @@ macro_rules! host_constants {
 
 const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     Triangle,
+    Instance,
     Batch,
     Camera,
     PathRay,
@@ -54,6 +55,7 @@ const CONSTANTS: &[(&str, u32)] = &host_constants![
     TRIANGLE_FLIPPED,
     TRIANGLE_ALPHA,
     TRIANGLE_CULLED,
+    TRIANGLE_INSTANCE,
     EVERY_STRATEGY,
     NO_TRIANGLE,
     MATERIAL_DELTA,
@@ -90,7 +92,8 @@ fn kernels() -> impl Iterator<Item = &'static str> {
 fn full_modules() -> Vec<(&'static str, Module)> {
     let features: Features =
         Feature::of_scenes().filter(|&feature| feature != Feature::LambertOnly).collect();
-    let features = features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces]);
+    let features =
+        features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces, Feature::Instances]);
     let lambert = Features::from([Feature::LambertVertices, Feature::LightPaths, Feature::LightCache]);
     let pages = features.with(&[Feature::FilmPages, Feature::SplatsAtomic]);
     kernels()

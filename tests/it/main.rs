@@ -42,6 +42,7 @@ mod frozen_paths_subspaces;
 mod fuzz;
 mod gltf_file;
 mod gpu;
+mod instances;
 mod judge;
 mod judge_bidirectional;
 mod layers;

@@ -85,9 +85,16 @@ fn assert_valid(scenes: impl IntoIterator<Item = Features>) {
     let plans = plans();
     let mut wanted: HashSet<(&str, Features)> = HashSet::new();
     for scene in scenes {
-        for device in
-            [&[][..], &[Feature::OneLane, Feature::DeepTree, Feature::Coincident, Feature::ThinGaps]]
-        {
+        for device in [
+            &[][..],
+            &[
+                Feature::OneLane,
+                Feature::DeepTree,
+                Feature::Coincident,
+                Feature::ThinGaps,
+                Feature::Instances,
+            ],
+        ] {
             for plan in &plans {
                 let forms = forms(plan, scene.with(device));
                 wanted.extend(forms.into_iter().flat_map(|form| kernels(plan, form)));

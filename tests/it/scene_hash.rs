@@ -1,9 +1,9 @@
 //! The hash of a scene's content: every field counts, and none but those.
 
-use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
+use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 use halfway::scene::{
-    AlphaMode, Camera, Environment, Filter, Image, LightKind, Material, Mesh, Projection, PunctualLight,
-    Scene, Texture, TextureRef, Warning, Wrap,
+    AlphaMode, Camera, Environment, Filter, Image, Instance, LightKind, Material, Mesh, Projection,
+    PunctualLight, Scene, Texture, TextureRef, Warning, Wrap,
 };
 
 /// What a change does.
@@ -51,6 +51,10 @@ fn scene() -> Scene {
         uvs: [Some(vec![Vec2::X, Vec2::Y, Vec2::ONE]), Some(vec![Vec2::ONE, Vec2::X, Vec2::Y])],
         colors: Some(vec![Vec4::ONE, Vec4::X, Vec4::Y]),
         triangles: vec![[0, 1, 2], [2, 1, 0]],
+        instances: vec![Instance {
+            transform: DAffine3::from_scale(DVec3::splat(2.0)),
+            name: "place".into(),
+        }],
     };
     let image = Image { name: "image".into(), width: 2, height: 1, texels: vec![[1, 2, 3, 4], [5, 6, 7, 8]] };
     let texture = Texture { image: 1, wrap: [Wrap::Mirror, Wrap::Clamp], filter: Filter::Nearest };
@@ -90,6 +94,7 @@ fn scene() -> Scene {
         environment: Some(environment),
         resolution: Some([2, 1]),
         middle: None,
+        repeated: Vec::new(),
         warnings: vec![Warning::new("a part", "it is odd", "it is left out")],
     }
 }
@@ -116,6 +121,8 @@ fn every_field_counts() {
         |scene| scene.meshes[1].colors = None,
         |scene| scene.meshes[1].colors.as_mut().unwrap()[0] = Vec4::ZERO,
         |scene| scene.meshes[1].triangles[1] = [1, 2, 0],
+        |scene| scene.meshes[1].instances.clear(),
+        |scene| scene.meshes[1].instances[0].transform.translation.x = 1.0,
         |scene| drop(scene.meshes.pop()),
         |scene| scene.materials[1].base_color.z = 0.5,
         |scene| scene.materials[1].alpha = 1.0,
@@ -186,6 +193,7 @@ fn what_pictures_do_not_depend_on_does_not_count() {
     let changes: &[Change] = &[
         |scene| scene.name.clear(),
         |scene| scene.meshes[1].name.clear(),
+        |scene| scene.meshes[1].instances[0].name = "".into(),
         |scene| scene.materials[1].name.clear(),
         |scene| scene.images[1].name.clear(),
         |scene| scene.lights[1].name.clear(),
@@ -205,5 +213,6 @@ fn what_pictures_do_not_depend_on_does_not_count() {
 /// change that saved models are refused.
 #[test]
 fn the_hash_stays_what_it_is() {
-    assert_eq!(format!("{:016x}", scene().content_hash()), "1fc070dc6d0a9a1a");
+    let without_instances = changed(|scene| scene.meshes.iter_mut().for_each(|mesh| mesh.instances.clear()));
+    assert_eq!(format!("{without_instances:016x}"), "1fc070dc6d0a9a1a");
 }

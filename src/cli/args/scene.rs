@@ -9,7 +9,7 @@ use crate::cli::CliError;
 #[cfg(feature = "preview")]
 use crate::picture_file::split_layer;
 use crate::scene::gltf::{self, LoadOptions};
-use crate::scene::{Environment, Scene, SceneFeatures, builtin};
+use crate::scene::{Environment, Instancing, Scene, SceneFeatures, builtin};
 
 /// A scene and what is added to it.
 #[derive(Args, Clone, Debug)]
@@ -37,6 +37,9 @@ pub struct SceneArgs {
     /// What the camera sees of the backs of single-sided surfaces (`doubleSided` false).
     #[arg(long, value_name = "HOW", value_enum, default_value_t)]
     pub back_faces: BackFaces,
+    /// How meshes are held that are shown in many places.
+    #[arg(long, value_name = "HOW", value_enum, default_value_t)]
+    pub instances: Instancing,
 }
 
 /// Backs of surfaces that have no second side in glTF.
@@ -95,6 +98,7 @@ impl SceneArgs {
                     allow_outside: self.allow_outside,
                     strict: self.strict,
                     variant: self.variant.clone(),
+                    instancing: self.instances,
                     ..LoadOptions::default()
                 };
                 gltf::load(&self.scene, &options)?

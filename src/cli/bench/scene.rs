@@ -8,7 +8,7 @@ use crate::cli::CliError;
 use crate::cli::args::picture::PictureArgs;
 use crate::cli::args::{BackFaces, CameraNameArgs, SceneArgs, default_output};
 use crate::render::RenderOptions;
-use crate::scene::Scene;
+use crate::scene::{Instancing, Scene};
 
 /// Scenes, and what is the same for all of them.
 #[derive(Args, Debug)]
@@ -51,6 +51,7 @@ impl BenchSceneArgs {
             strict: self.strict,
             variant: None,
             back_faces: BackFaces::default(),
+            instances: Instancing::default(),
         };
         let mut scene = from.load()?;
         let camera = self.camera.choose(&mut scene)?;

@@ -160,6 +160,9 @@ pub(super) fn collect(
         let mut seen = std::collections::BTreeMap::new();
         let emits: Vec<bool> =
             scene.meshes.iter().map(|mesh| radiance(scene, mesh, radiance_exponent) > 0.0).collect();
+        debug_assert!(
+            scene.meshes.iter().zip(&emits).all(|(mesh, emits)| !emits || mesh.instances.is_empty())
+        );
         let emitting = |(_, triangle): &(usize, &AccelTriangle)| emits[triangle.mesh as usize];
         for (index, triangle) in accel.triangles.iter().enumerate().filter(emitting) {
             let known = seen.get(&(triangle.mesh, triangle.triangle)).copied();

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::vertices;
+use crate::accel::block_bits;
 use crate::device::layout::{Light, Material};
 use crate::device::pages::{PagedBuffer, Pages};
 use crate::device::{Context, DeviceError, Feature, Features};
-use crate::scene::{EqualAreaMap, Scene, SceneFeatures};
+use crate::scene::{EqualAreaMap, Mesh, Scene, SceneFeatures};
 
 /// Bytes of the BVH's nodes for each triangle; measured (docs/measurements.md).
 const NODE_BYTES: f64 = 8.3;
@@ -14,6 +15,8 @@ const NODE_BYTES: f64 = 8.3;
 /// measured (docs/measurements.md).
 const BUILD_BYTES: u64 = 280;
 const BUILT_BYTES: u64 = 64;
+/// Of the host for each instance while the BVH is built; measured (docs/measurements.md).
+const INSTANCE_BYTES: u64 = 600;
 /// Of the host for each texel while an environment's map and table are made, beside what the device gets; measured.
 const ENVIRONMENT_BUILD_BYTES: u64 = 40;
 
@@ -31,7 +34,7 @@ pub struct SceneMemory {
 impl SceneMemory {
     /// `features`: those of the scene.
     pub fn of(scene: &Scene, features: &SceneFeatures) -> Self {
-        let triangles = scene.triangle_count() as u64;
+        let triangles = stored_triangles(scene);
         let mut buffers = vec![
             (PagedBuffer::Nodes, ((triangles as f64 * NODE_BYTES) as u64).max(PagedBuffer::Nodes.element())),
             (PagedBuffer::Triangles, triangles * PagedBuffer::Triangles.element()),
@@ -54,7 +57,13 @@ impl SceneMemory {
             let texels = images.into_iter().map(|image| scene.images[image as usize].texels.len() as u64);
             buffers.push((PagedBuffer::Texels, texels.sum::<u64>() * PagedBuffer::Texels.element()));
         }
-        let mut host_peak = triangles * BUILD_BYTES;
+        let instances: u64 = scene.meshes.iter().map(|mesh| mesh.instances.len() as u64).sum();
+        if instances > 0 {
+            buffers.push((PagedBuffer::Instances, instances * PagedBuffer::Instances.element()));
+            buffers
+                .push((PagedBuffer::InstanceBlocks, blocks(scene) * PagedBuffer::InstanceBlocks.element()));
+        }
+        let mut host_peak = triangles * BUILD_BYTES + instances * INSTANCE_BYTES;
         if features.environment
             && let Some(environment) = &scene.environment
         {
@@ -139,6 +148,19 @@ impl SceneMemory {
             _ => "decimate the meshes or split the scene",
         }
     }
+}
+
+/// Triangles that the device has: those of meshes with instances once, and one for each instance.
+fn stored_triangles(scene: &Scene) -> u64 {
+    scene.meshes.iter().map(|mesh| (mesh.triangles.len() + mesh.instances.len()) as u64).sum()
+}
+
+/// Blocks of numbers of instances' triangles.
+fn blocks(scene: &Scene) -> u64 {
+    let shared = || scene.meshes.iter().filter(|mesh| !mesh.instances.is_empty());
+    let triangles = |mesh: &Mesh| mesh.triangles.len() as u32;
+    let block = 1 << block_bits(shared().map(triangles));
+    shared().map(|mesh| u64::from(triangles(mesh).div_ceil(block)) * mesh.instances.len() as u64).sum()
 }
 
 /// For people.

@@ -1,5 +1,6 @@
 //! The scene in device memory: exactly the buffers that its features name.
 
+mod instances;
 mod lights;
 mod materials;
 mod memory;
@@ -55,6 +56,8 @@ pub struct DeviceScene {
     pub thins: bool,
     /// Surfaces all but touch.
     thin_gaps: bool,
+    /// Meshes are shown by instances.
+    instances: bool,
     /// Of its buffers.
     pub pages: Pages,
     /// Of the upload's time, what the environment's map and table took.
@@ -89,13 +92,15 @@ impl DeviceScene {
         target.upload(PagedBuffer::Nodes, &accel.nodes)?;
         let count = accel.triangles.len();
         target.upload_by(PagedBuffer::Triangles, count, 1, |range, words| {
-            words.extend(
-                range.map(|index| triangle(scene, &accel.triangles[index], lights.of_triangle[index])),
-            );
+            words.extend(range.map(|index| match &accel.triangles[index] {
+                entry if entry.is_entry() => instances::entry(&accel.instances, index),
+                stored => triangle(scene, stored, lights.of_triangle[index]),
+            }));
         })?;
         if !accel.covers.is_empty() {
             target.upload(PagedBuffer::Covers, &accel.covers)?;
         }
+        instances::upload(&mut target, &accel.instances)?;
         let thins = materials::upload(&mut target, scene, &accel.unit, &features, radiance_exponent)?;
         if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(&mut target, scene, accel, &features)?;
@@ -121,6 +126,7 @@ impl DeviceScene {
             coincident: !accel.covers.is_empty(),
             thins: thins && !features.punctual_lights,
             thin_gaps: accel.thin_gaps,
+            instances: !accel.instances.list.is_empty(),
             pages,
             environment_time,
             upload_time: start.elapsed(),
@@ -138,6 +144,9 @@ impl DeviceScene {
         }
         if self.thin_gaps {
             features.insert(Feature::ThinGaps);
+        }
+        if self.instances {
+            features.insert(Feature::Instances);
         }
         features.with_pages(self.pages)
     }

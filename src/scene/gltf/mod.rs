@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! container -> integers, sieve -> document -> extensions (refuse or warn) -> buffers
-//!           -> nodes -> mesh -> skin -> tangents -> place     one mesh per primitive and instance
+//!           -> nodes -> mesh -> skin -> tangents -> place     one mesh per primitive and instance, or one with instances
 //!           -> camera (and lights), material -> image
 //! ```
 //! A file is not trusted: every index, offset, count and float is checked before use, and URIs stay in the
@@ -39,6 +39,7 @@ mod uri;
 mod uv_sets;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, DVec4};
 use gltf::json::mesh::Semantic;
@@ -46,7 +47,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 use serde_json::Value;
 
-use super::{Camera, PunctualLight, Scene};
+use super::{Camera, Instance, Instancing, PunctualLight, Repeated, Scene, worth_keeping};
 use crate::scene::SceneError;
 use accessor::Accessors;
 use buffers::Buffers;
@@ -171,6 +172,19 @@ struct Loader<'a> {
     options: &'a LoadOptions,
 }
 
+/// Repeated meshes of fewer triangles in all are not spoken of.
+const MATTERS: usize = 100_000;
+
+/// Where a node shows its mesh.
+struct Places {
+    /// Of the object.
+    name: Arc<str>,
+    /// The node, for messages.
+    place: String,
+    /// To world space.
+    transforms: Vec<DAffine3>,
+}
+
 /// A primitive ready to be placed, with the scene's index of its material.
 struct Ready {
     primitive: Primitive,
@@ -270,21 +284,76 @@ impl<'a> Loader<'a> {
         // Nodes that show the same mesh follow each other, so that it is read once and kept no longer than needed.
         placements.sort_by_key(|placement| placement.mesh.value());
 
-        let mut read: Option<(&Placement<'_>, Vec<Ready>)> = None;
-        for placement in &placements {
-            let node = &document.nodes[placement.node];
-            let reusable = read.as_ref().is_some_and(|(other, _)| {
-                let skinned = node.skin.is_some() || document.nodes[other.node].skin.is_some();
-                other.mesh.value() == placement.mesh.value() && other.weights == placement.weights && !skinned
+        let is_skinned = |placement: &Placement<'_>| document.nodes[placement.node].skin.is_some();
+        let is_same = |a: &Placement<'_>, b: &Placement<'_>| {
+            a.mesh.value() == b.mesh.value() && a.weights == b.weights && !is_skinned(a) && !is_skinned(b)
+        };
+        placements.chunk_by(is_same).try_for_each(|group| self.place_group(group))
+    }
+
+    /// Shows a mesh in all of its places: each primitive as copies, or once with instances.
+    fn place_group(&mut self, group: &[Placement<'_>]) -> Result<(), SceneError> {
+        let primitives = self.read_mesh(&group[0])?;
+        let places: Vec<Places> = group.iter().map(|one| self.places(one)).collect::<Result<_, _>>()?;
+        let mut shared: Vec<Vec<Instance>> = Vec::with_capacity(primitives.len());
+        for Ready { primitive, material } in &primitives {
+            let triangles = primitive.triangles.len();
+            let is_kept = group.iter().all(|one| self.document.nodes[one.node].skin.is_none())
+                && self.keeps_instances(&places, triangles, *material);
+            let instances = places.iter().flat_map(|Places { name, transforms, .. }| {
+                let suitable = transforms.iter().filter(|transform| is_kept && Instance::suits(transform));
+                suitable.map(|&transform| Instance { transform, name: name.clone() })
             });
-            if !reusable {
-                read = Some((placement, self.read_mesh(placement)?));
+            shared.push(instances.collect());
+        }
+        for Places { name, place, transforms } in &places {
+            for (Ready { primitive, material }, shared) in primitives.iter().zip(&shared) {
+                self.count(primitive, transforms.len())?;
+                for transform in transforms {
+                    if shared.is_empty() || !Instance::suits(transform) {
+                        let mesh = place::place(primitive, transform, name, *material);
+                        self.scene.meshes.extend(self.faults.or_without(
+                            place,
+                            mesh,
+                            "its mesh is left out",
+                        )?);
+                    }
+                }
             }
-            if let Some((_, primitives)) = &read {
-                self.place_mesh(placement, primitives)?;
+        }
+        for (Ready { primitive, material }, shared) in primitives.iter().zip(shared) {
+            if !shared.is_empty() {
+                let Places { name, place, .. } = &places[0];
+                let mesh = place::share(primitive, name, *material, shared);
+                self.scene.meshes.extend(self.faults.or_without(place, mesh, "its mesh is left out")?);
             }
         }
         Ok(())
+    }
+
+    /// Whether a primitive is kept once, with instances; says so where it is repeated enough for that to matter.
+    fn keeps_instances(&mut self, places: &[Places], triangles: usize, material: u32) -> bool {
+        let count: usize = places.iter().map(|places| places.transforms.len()).sum();
+        if count < 2 || self.options.instancing == Instancing::Never {
+            return false;
+        }
+        let worth = match self.options.instancing {
+            Instancing::Always => Ok("as asked for".into()),
+            _ => worth_keeping(triangles, count),
+        };
+        let material = &self.materials.materials[material as usize];
+        let emits = material.unlit || material.emission.max_element() > 0.0;
+        let kept = match worth {
+            Ok(_) if emits => Err("it emits: each triangle is a light".into()),
+            worth => worth,
+        };
+        let as_instances = kept.is_ok();
+        let reason = kept.unwrap_or_else(|reason| reason);
+        if as_instances || triangles * count >= MATTERS {
+            let mesh = places[0].name.to_string();
+            self.scene.repeated.push(Repeated { mesh, triangles, places: count, as_instances, reason });
+        }
+        as_instances
     }
 
     /// The primitives of a mesh, posed as the node has them.
@@ -410,32 +479,24 @@ impl<'a> Loader<'a> {
         Ok(())
     }
 
-    fn place_mesh(&mut self, placement: &Placement<'_>, primitives: &[Ready]) -> Result<(), SceneError> {
+    /// Where a node shows its mesh.
+    fn places(&mut self, placement: &Placement<'_>) -> Result<Places, SceneError> {
         let node = &self.document.nodes[placement.node];
-        let mesh = placement.source;
-        let name = match (&node.name, &mesh.name) {
+        let name = match (&node.name, &placement.source.name) {
             (Some(name), _) | (None, Some(name)) => name.clone(),
             (None, None) => format!("mesh {}", placement.mesh.value()),
         };
+        let place = format!("nodes[{}]", placement.node);
         let transforms: Vec<DAffine3> = if node.skin.is_some() {
             // Joints put a skinned mesh into the world; the transform of its node does not count.
             vec![DAffine3::IDENTITY]
         } else {
             let world = self.tree.world[placement.node];
-            let place = format!("nodes[{}]", placement.node);
             let instances = nodes::instances(node, placement.node, &self.accessors);
             let instances = self.faults.or_without(&place, instances, "its mesh is left out")?;
             instances.unwrap_or_default().into_iter().map(|instance| world * instance).collect()
         };
-        let place = format!("nodes[{}]", placement.node);
-        for Ready { primitive, material } in primitives {
-            self.count(primitive, transforms.len())?;
-            for transform in &transforms {
-                let mesh = place::place(primitive, transform, &name, *material);
-                self.scene.meshes.extend(self.faults.or_without(&place, mesh, "its mesh is left out")?);
-            }
-        }
-        Ok(())
+        Ok(Places { name: name.into(), place, transforms })
     }
 
     /// Adds to the totals, and refuses before flattening what would not fit afterwards.

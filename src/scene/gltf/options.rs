@@ -1,5 +1,7 @@
 //! What a file may ask for.
 
+use crate::scene::Instancing;
+
 /// How a file is read.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
@@ -9,6 +11,7 @@ pub struct LoadOptions {
     pub strict: bool,
     /// Name of the variant (`KHR_materials_variants`) whose materials are shown, in place of those of no variant.
     pub variant: Option<String>,
+    pub instancing: Instancing,
     pub limits: Limits,
 }
 

@@ -1,21 +1,9 @@
 //! From mesh space to world space.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use super::mesh::Primitive;
-use crate::scene::{Mesh, SceneError};
-
-/// The inverse transpose of `linear` up to a positive factor: its cofactors with the sign of its determinant.
-/// Exists for singular matrices too, and is scaled so that nothing overflows.
-pub fn normal_matrix(linear: DMat3) -> DMat3 {
-    let largest = linear.to_cols_array().into_iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-    if largest == 0.0 {
-        return DMat3::ZERO;
-    }
-    let m = linear * (1.0 / largest);
-    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign
-}
+use crate::scene::{Instance, Mesh, SceneError, normal_matrix};
 
 /// Gives vertices whose normal has no length the area-weighted normal of their triangles; returns how many.
 pub fn repair_normals(primitive: &mut Primitive) -> usize {
@@ -88,5 +76,22 @@ pub fn place(
         uvs,
         colors: primitive.colors.as_ref().map(|colors| colors.iter().map(|c| c.as_vec4()).collect()),
         triangles: primitive.triangles.iter().map(flip).collect(),
+        instances: Vec::new(),
     })
+}
+
+/// The primitive as a mesh of the scene in its own space, shown at `instances`.
+///
+/// # Errors
+/// As [`place`].
+pub fn share(
+    primitive: &Primitive,
+    name: &str,
+    material: u32,
+    instances: Vec<Instance>,
+) -> Result<Mesh, SceneError> {
+    let mesh = Mesh { instances, ..place(primitive, &DAffine3::IDENTITY, name, material)? };
+    let is_finite = mesh.world_positions().all(|position| position.is_finite());
+    let overflow = || SceneError::invalid(name, "VALUE_NOT_IN_RANGE", "a vertex lies at infinity");
+    is_finite.then_some(mesh).ok_or_else(overflow)
 }

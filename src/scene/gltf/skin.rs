@@ -6,9 +6,8 @@ use gltf::json::{self, Index};
 
 use super::document::{Document, at};
 use super::mesh::{Influences, Primitive};
-use super::place::normal_matrix;
-use crate::scene::SceneError;
 use crate::scene::gltf::accessor::{Accessors, Format};
+use crate::scene::{SceneError, normal_matrix};
 
 const INVERSE_BIND: Format =
     Format { what: "inverseBindMatrices", kinds: &[Type::Mat4], integers: &[], float: true };
