@@ -13,7 +13,7 @@ use crate::device::scene::{SceneMemory, readable_bytes};
 use crate::device::{DeviceChoice, DeviceError, Feature, Features};
 use crate::integrator::View;
 use crate::render::{PictureMemory, RenderOptions};
-use crate::scene::{LightKind, Projection, Scene, SceneFeatures, Viewpoint, builtin};
+use crate::scene::{LightKind, Projection, Repeated, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
 
@@ -66,8 +66,10 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
 
 fn describe(scene: &Scene) -> Result<(), CliError> {
     memory(scene)?;
-    let accel = Accel::build(&arranged(scene))?;
+    let arranged = arranged(scene);
+    let accel = Accel::build(&arranged)?;
     contents(scene, &accel);
+    repeated(&arranged);
     if !scene.warnings.is_empty() {
         println!("\nwarnings: {} (--strict refuses faults of the file)", scene.warnings.len());
         scene.warnings.iter().for_each(|warning| println!("  {warning}"));
@@ -301,6 +303,14 @@ fn contents(scene: &Scene, accel: &Accel) {
             Projection::Orthographic { ymag, .. } => format!("orthographic, {} units high", 2.0 * ymag),
         };
         println!("  camera {index} '{}': {projection}", camera.name);
+    }
+}
+
+/// How meshes are held that are shown in many places.
+fn repeated(scene: &Scene) {
+    for Repeated { mesh, triangles, places, as_instances, reason } in &scene.repeated {
+        let held = if *as_instances { "instances" } else { "copies" };
+        println!("  mesh '{mesh}', {triangles} triangles in {places} places: {held}; {reason}");
     }
 }
 

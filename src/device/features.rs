@@ -84,7 +84,7 @@ features! {
         BentNormals bent_normals, [], "directions are moved so that a bent normal loses no light";
         Lights lights, [], "something can be sampled as a light";
         Coincident coincident, [], "hits of surfaces that lie in others, and samples of such lights, look at what is in front";
-        Instances instances, [], "a level of trees more for rays: meshes in many places are stored once";
+        Instances instances, [], "meshes in many places are stored once: rays go through a second level of trees";
         ThinGaps thin_gaps, [], "distances along rays are those of planes: surfaces that all but touch are told apart";
         DeepTree deep_tree, [], "the traversal's stack is four times as large";
         // From the device.

@@ -16,7 +16,7 @@ use crate::film::Region;
 use crate::film::sums::FilmSums;
 use crate::integrator::{Choice, RayCounts, Settings, integrator};
 use crate::render::RenderError;
-use crate::scene::{self, Material, Scene, SceneFeatures};
+use crate::scene::{self, Material, Repeated, Scene, SceneFeatures};
 use crate::training::{
     PreparedTrainer, Training, TrainingProgress, TrainingResult, TrainingTask, WarmStart, When, train,
 };
@@ -35,6 +35,8 @@ pub struct Uploaded {
     triangles: usize,
     dropped_triangles: usize,
     accel_seconds: f64,
+    /// How meshes are held that are shown in many places.
+    choices: Vec<Choice>,
     /// Where layers need them.
     surfaces: Option<Arc<Surfaces>>,
 }
@@ -65,6 +67,10 @@ impl Uploaded {
         let features = features.unwrap_or_else(|| SceneFeatures::of(scene));
         SceneMemory::of(scene, &features).check(context)?;
         let cut = arranged(scene);
+        if cut.triangle_count() != scene.triangle_count() || cut.meshes.len() != scene.meshes.len() {
+            // Copies that were not foretold.
+            SceneMemory::of(&cut, &features).check(context)?;
+        }
         let accel = Accel::build(&cut)?;
         Ok(Self {
             context: context.clone(),
@@ -75,6 +81,7 @@ impl Uploaded {
             triangles: accel.numbers().count(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
+            choices: cut.repeated.iter().map(held).collect(),
             surfaces: layers.any().then(|| Arc::new(Surfaces::new(&cut, &accel, layers))),
         })
     }
@@ -83,6 +90,12 @@ impl Uploaded {
     pub fn has_lights(&self) -> bool {
         !self.scene.lights.is_empty()
     }
+}
+
+fn held(repeated: &Repeated) -> Choice {
+    let Repeated { mesh, triangles, places, as_instances, reason } = repeated;
+    let value = if *as_instances { "instances" } else { "copies" };
+    Choice::new("mesh", value, format!("\"{mesh}\", {triangles} triangles in {places} places: {reason}"))
 }
 
 /// A scene on a device, with the settings of a render that has not begun.
@@ -158,7 +171,7 @@ impl Prepared {
             training: None,
             round_losses: Vec::new(),
             round_samples: Vec::new(),
-            choices: Vec::new(),
+            choices: uploaded.choices.clone(),
             estimated_error: None,
             rays: RayCounts::default(),
             non_finite: 0,

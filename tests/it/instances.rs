@@ -1,21 +1,29 @@
 //! Meshes that are kept once and shown in many places: the same pictures as of copies.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, DMat3, DVec3, EulerRot, Vec2, Vec3, Vec4};
-use halfway::accel::Accel;
+use halfway::accel::{Accel, arranged};
 use halfway::device::layout::{Hit, NO_TRIANGLE};
-use halfway::device::scene::DeviceScene;
+use halfway::device::scene::{DeviceScene, SceneMemory};
 use halfway::device::shader::{SOURCES, stitch, stitch_text};
-use halfway::device::{Feature, Features, Kernel};
+use halfway::device::{Context, Feature, Features, Kernel, PagedBuffer};
 use halfway::film::Picture;
 use halfway::integrator::{Bdpt, Connections, LvcBpt, Method, SpcBpt};
-use halfway::render::RenderOptions;
+use halfway::render::{RenderOptions, Renderer, SeenLayers};
 use halfway::scene::builtin::shapes;
+use halfway::scene::gltf::{LoadOptions, load_slice};
 use halfway::scene::{
-    AlphaMode, Filter, Image, Instance, Material, Mesh, Scene, SceneFeatures, Texture, TextureRef, Wrap,
+    AlphaMode, Filter, Image, Instance, Instancing, Material, Mesh, Scene, SceneFeatures, Texture,
+    TextureRef, Wrap, worth_keeping,
 };
+use halfway::subspace::Settings;
+use halfway::training::Training;
 
+use serde_json::json;
+
+use crate::gltf_file::GltfFile;
 use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
 use crate::random::Stream;
@@ -83,7 +91,7 @@ fn exact(i: u32) -> DAffine3 {
 /// Turned, stretched and sheared, and every other one is a mirror image.
 fn oblique(i: u32) -> DAffine3 {
     let turn = DMat3::from_euler(EulerRot::XYZ, 0.7 * f64::from(i), 1.1, 0.3 * f64::from(i));
-    let mirror = if i % 2 == 0 { -1.0 } else { 1.0 };
+    let mirror = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
     let stretch =
         DMat3::from_cols(DVec3::new(0.3 * mirror, 0.0, 0.0), DVec3::new(0.1, 0.2, 0.0), DVec3::Z * 0.4);
     DAffine3 { matrix3: turn * stretch, translation: exact(i).translation * 1.1 }
@@ -97,7 +105,9 @@ fn copies(scene: &Scene) -> Scene {
 }
 
 fn pictures(scene: &Scene, method: Method, size: [u32; 2], samples: u32) -> [Picture; 2] {
-    let options = RenderOptions { method, ..options(size, samples) };
+    let settings = Settings { subspaces: Some(24), ..Settings::default() };
+    let training = Training { paths: Some(2000), settings, ..Training::default() };
+    let options = RenderOptions { method, training, ..options(size, samples) };
     [scene.clone(), copies(scene)].map(|scene| render(&scene, options.clone()).picture)
 }
 
@@ -236,6 +246,157 @@ fn n05_instances_are_closed() {
         // A target a rounding from an edge may be its neighbour's; of the smallest triangles rounding is a hundredth.
         assert!(others < rays.len() / if size == 1.0 && far == 0.0 { 1000 } else { 20 }, "{others}");
     }
+}
+
+/// Instances in pages of a few hundred bytes.
+#[test]
+fn r12_instances_are_the_same_in_pages() {
+    let mut scene = room(pebble(), textured(grey(0.8)), exact);
+    // Few triangles in many places, of two meshes.
+    let part = |first: usize, count: usize| {
+        let triangles = scene.meshes[2].triangles[first..first + count].to_vec();
+        let lifted = |i: u32| DAffine3::from_translation(DVec3::Y * f64::from(i / 9)) * exact(i % 9);
+        let places = (0..27).map(|i| lifted(i + 27 * u32::from(first > 0)));
+        Mesh { triangles, instances: instances(places), ..scene.meshes[2].clone() }
+    };
+    let parts = [part(0, 12), part(60, 17)];
+    scene.meshes.splice(2.., parts);
+    let memory = SceneMemory::of(&scene, &SceneFeatures::of(&scene));
+    let page_bytes = (8..).map(|bits| 1u64 << bits).find(|&bytes| memory.pages(bytes).extra() <= 15).unwrap();
+    let pages = memory.pages(page_bytes);
+    assert!(pages.of(PagedBuffer::Instances) > 1 && pages.of(PagedBuffer::Triangles) > 1, "{page_bytes}");
+    let rgb = |context: &Context| {
+        let mut renderer = Renderer::new(context, &scene, options([16, 16], 2)).unwrap();
+        renderer.run(|_| false).unwrap();
+        renderer.picture().unwrap().rgb
+    };
+    assert!(
+        rgb(gpu::context()) == rgb(&gpu::context().with_page_bytes(page_bytes)),
+        "pages make another picture"
+    );
+
+    let accel = Accel::build(&scene).unwrap();
+    let device = DeviceScene::new(gpu::context(), &scene, &accel, SceneFeatures::of(&scene)).unwrap();
+    for &(buffer, foretold) in memory.buffers.iter().filter(|(buffer, _)| *buffer != PagedBuffer::Nodes) {
+        let have = device.buffers.get(buffer.name()).unwrap().size();
+        assert_eq!(have, foretold.max(16).next_multiple_of(16), "{buffer:?}");
+    }
+}
+
+/// Layers for compositing, and what the host asks of a scene, are those of copies.
+#[test]
+fn instances_have_names_places_and_bounds() {
+    let scene = room(pebble(), textured(grey(0.8)), exact);
+    let copied = copies(&scene);
+    assert_eq!(scene.bounds(), copied.bounds());
+    let (origin, down) = (DVec3::new(0.1, 4.0, 0.05), DVec3::new(0.0, -1.0, 0.01));
+    assert!(scene.distance_along(origin, down).is_some());
+    assert_eq!(scene.distance_along(origin, down), copied.distance_along(origin, down));
+    let seen = SeenLayers { alpha: true, position: true, uv: true, ids: true };
+    let options = RenderOptions { seen, ..options([16, 16], 4) };
+    let [shared, copied] = [&scene, &copied].map(|scene| render(scene, options.clone()).picture);
+    assert!(shared.layers.len() > 3, "{}", shared.layers.len());
+    for (a, b) in shared.layers.iter().zip(&copied.layers) {
+        assert!(a == b, "{}", a.name);
+    }
+}
+
+/// Which of its places a mesh is still shown in by instances.
+fn kept(scene: &Scene, mesh: &str) -> Vec<String> {
+    let arranged = arranged(scene);
+    let named = arranged.meshes.iter().filter(|other| other.name == mesh);
+    named.flat_map(|mesh| &mesh.instances).map(|instance| instance.name.to_string()).collect()
+}
+
+/// What lies in another surface becomes a copy, since it is decided for single triangles which is in front; the others stay.
+#[test]
+fn instances_in_the_plane_of_others_are_copies() {
+    let cube =
+        |name: &str| Mesh { name: name.into(), ..shapes::cuboid(DVec3::splat(-0.25), DVec3::splat(0.25)) };
+    let at = |x: f64, y: f64| DAffine3::from_translation(DVec3::new(x, y, 0.0));
+    let mut scene = room(cube("cube"), grey(0.8), |_| DAffine3::IDENTITY);
+    let turned = at(3.0, 1.0) * DAffine3::from_rotation_y(0.3);
+    // On the floor; apart; face to face with the next; turned, so that only its top shares a plane, but no area, with others.
+    scene.meshes[2].instances =
+        instances([at(-2.0, -0.75), at(0.0, 0.0), at(1.0, 1.0), at(1.5, 1.0), turned]);
+    assert_eq!(kept(&scene, "cube"), ["1", "4"]);
+    assert_eq!(arranged(&scene).triangle_count(), scene.triangle_count());
+    assert!(arranged(&scene).repeated[0].reason.contains("3 of its instances"));
+    // All but touching: a millionth above the floor.
+    scene.meshes[2].instances = instances([at(-2.0, -0.75 + 1e-5), at(0.0, 0.0)]);
+    assert_eq!(kept(&scene, "cube"), ["1"]);
+    // Faces that stand twice.
+    let mut double = cube("cube");
+    double.triangles.extend(double.triangles.clone().iter().map(|&[a, b, c]| [a, c, b]));
+    double.instances = instances([at(0.0, 0.0), turned]);
+    scene.meshes[2] = Mesh { material: 2, ..double };
+    assert_eq!(kept(&scene, "cube"), [""; 0]);
+    // Nothing to do.
+    let apart = room(pebble(), grey(0.8), oblique);
+    assert!(matches!(arranged(&apart), Cow::Borrowed(_)));
+}
+
+/// Small things that are instances have their shadows on wide grounds, as copies have (N-27).
+#[test]
+fn n27_instances_stand_on_wide_grounds() {
+    let mut scene = room(pebble(), grey(0.5), exact);
+    let reach = 3e6;
+    let ground =
+        shapes::quad(DVec3::new(-reach, -1.0, -reach), 2.0 * reach * DVec3::Z, 2.0 * reach * DVec3::X);
+    scene.meshes[0] = Mesh { material: 0, uvs: scene.meshes[0].uvs.clone(), ..ground };
+    let shared = arranged(&scene);
+    let copied = copies(&scene);
+    let cut = arranged(&copied);
+    assert!(shared.has_instances() && shared.triangle_count() > scene.triangle_count() + 20);
+    assert!(shared.triangle_count() <= cut.triangle_count());
+    let pictures = pictures(&scene, Method::Path, [16, 16], 64);
+    let (share, mean) = difference(&pictures);
+    println!("{share} {mean:e}");
+    assert!(mean.abs() < 0.02, "{mean}");
+}
+
+/// Where instances take much less than copies, the loader keeps them; names are those of nodes.
+#[test]
+fn the_loader_keeps_instances_where_that_saves() {
+    let mut file = GltfFile::triangle();
+    let translations = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 5.0]);
+    let extension = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": translations}}});
+    file.json["nodes"] = json!([
+        {"mesh": 0, "name": "many", "translation": [10, 0, 0], "extensions": extension},
+        {"mesh": 0, "name": "one", "scale": [-1, 1, 1]},
+        {"mesh": 0, "name": "none", "scale": [0, 1, 1]},
+    ]);
+    let scene = |instancing| {
+        load_slice(&file.gltf(), None, &LoadOptions { instancing, ..LoadOptions::default() }).unwrap()
+    };
+    for instancing in [Instancing::Auto, Instancing::Never] {
+        assert_eq!(scene(instancing).meshes.len(), 4);
+    }
+    let always = scene(Instancing::Always);
+    // What has no inverse is a copy.
+    assert_eq!((always.meshes[0].name.as_str(), always.meshes[0].instances.len()), ("none", 0));
+    let names: Vec<&str> = always.meshes[1].instances.iter().map(|instance| &*instance.name).collect();
+    assert_eq!(names, ["many", "many", "one"]);
+    assert_eq!(always.meshes[1].instances[1].transform.translation, DVec3::new(10.0, 0.0, 5.0));
+    assert_eq!(always.triangle_count(), 4);
+    let copied = copies(&always);
+    let sorted = |scene: &Scene| {
+        let mut all: Vec<String> =
+            scene.meshes.iter().map(|m| format!("{:?} {:?}", m.positions, m.triangles)).collect();
+        all.sort();
+        all
+    };
+    assert_eq!(sorted(&copied), sorted(&scene(Instancing::Never)));
+    assert!(worth_keeping(768, 10_000).is_ok());
+    assert!(worth_keeping(768, 100).unwrap_err().contains("faster"));
+    assert!(worth_keeping(2, 1_000_000).unwrap_err().contains("faster in copies"));
+
+    // Lights are triangles.
+    file.json["materials"] = json!([{"emissiveFactor": [1, 1, 1]}]);
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let options = LoadOptions { instancing: Instancing::Always, ..LoadOptions::default() };
+    let lamps = load_slice(&file.gltf(), None, &options).unwrap();
+    assert!(!lamps.has_instances());
 }
 
 /// What a scene does not need costs nothing: without instances the text of a kernel has nothing of them.
