@@ -10,7 +10,7 @@ use halfway::device::scene::{DeviceScene, SceneMemory};
 use halfway::device::shader::{SOURCES, stitch, stitch_text};
 use halfway::device::{Context, Feature, Features, Kernel, PagedBuffer};
 use halfway::film::Picture;
-use halfway::integrator::{Bdpt, Connections, LvcBpt, Method, SpcBpt};
+use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, SpcBpt};
 use halfway::render::{RenderOptions, Renderer, SeenLayers};
 use halfway::scene::builtin::shapes;
 use halfway::scene::gltf::{LoadOptions, load_slice};
@@ -281,6 +281,22 @@ fn r12_instances_are_the_same_in_pages() {
         let have = device.buffers.get(buffer.name()).unwrap().size();
         assert_eq!(have, foretold.max(16).next_multiple_of(16), "{buffer:?}");
     }
+}
+
+/// On a device that binds little at once: the film of 64x48 pixels and what light paths bring to it are in pages.
+#[test]
+fn r08_instances_are_the_same_where_little_is_bound() {
+    let scene = room(pebble(), textured(grey(0.8)), exact);
+    let method = Method::Light(LightTracing { light_paths: None });
+    let rgb = |context: &Context| {
+        let options = RenderOptions { method, ..options([64, 48], 2) };
+        let mut renderer = Renderer::new(context, &scene, options).unwrap();
+        renderer.run(|_| false).unwrap();
+        renderer.picture().unwrap().rgb
+    };
+    let whole = rgb(gpu::context());
+    assert!(whole.iter().filter(|rgb| rgb[1] > 0.0).count() > 500);
+    assert!(whole == rgb(&gpu::context().with_small_bindings(56 << 10)), "pages make another picture");
 }
 
 /// Layers for compositing, and what the host asks of a scene, are those of copies.
