@@ -368,7 +368,7 @@ fn n27_instances_stand_on_wide_grounds() {
     let pictures = pictures(&scene, Method::Path, [16, 16], 64);
     let (share, mean) = difference(&pictures);
     println!("{share} {mean:e}");
-    assert!(mean.abs() < 0.02, "{mean}");
+    assert!(share < 0.01 && mean.abs() < 1e-3, "{share} {mean}");
 }
 
 /// Where instances take much less than copies, the loader keeps them; names are those of nodes.
