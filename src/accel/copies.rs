@@ -32,8 +32,8 @@ pub fn arranged(scene: &Scene) -> Cow<'_, Scene> {
     if let Cow::Owned(cut) = without_wide_triangles(&arranged) {
         arranged = Cow::Owned(cut);
     }
-    let touching = touching(&arranged);
-    if let Cow::Owned(copied) = with_copies(&arranged, "in the plane of others", &touching) {
+    let (touching, why) = touching(&arranged);
+    if let Cow::Owned(copied) = with_copies(&arranged, why, &touching) {
         arranged = Cow::Owned(copied);
     }
     arranged
@@ -75,7 +75,7 @@ struct Things<'a> {
 }
 
 /// The instances that have a triangle in the plane of another one, or all but.
-fn touching(scene: &Scene) -> Named {
+fn touching(scene: &Scene) -> (Named, &'static str) {
     let unit = unit_space(scene);
     let mut places = Vec::new();
     let mut boxes = Vec::new();
@@ -122,7 +122,7 @@ fn touching(scene: &Scene) -> Named {
 }
 
 impl Things<'_> {
-    fn touching(&self, boxes: Vec<Boxed>, within: &BTreeMap<usize, Vec<[u32; 2]>>) -> Named {
+    fn touching(&self, boxes: Vec<Boxed>, within: &BTreeMap<usize, Vec<[u32; 2]>>) -> (Named, &'static str) {
         let first = self.once.len() as u32;
         let most = MOST_NEIGHBOURS * boxes.len();
         let count = AtomicUsize::new(0);
@@ -131,7 +131,7 @@ impl Things<'_> {
             pairs_among(boxes, &|_: u32, b: u32| b >= first && count.fetch_add(1, Ordering::Relaxed) < most);
         let copied: Vec<AtomicBool> = self.places.iter().map(|_| AtomicBool::new(false)).collect();
         if count.into_inner() >= most {
-            return self.places.iter().copied().collect();
+            return (self.places.iter().copied().collect(), "among more others than are looked at");
         }
         let mut of_instance: Vec<Vec<u32>> = vec![Vec::new(); self.places.len()];
         for [a, b] in pairs {
@@ -173,7 +173,7 @@ impl Things<'_> {
             }
         });
         let named = self.places.iter().zip(copied).filter(|(_, copied)| copied.load(Ordering::Relaxed));
-        named.map(|(place, _)| *place).collect()
+        (named.map(|(place, _)| *place).collect(), "in the plane of others")
     }
 
     /// The triangles of an instance in unit space, as a copy would have them; `None` for one without area.

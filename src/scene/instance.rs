@@ -41,8 +41,8 @@ pub struct Repeated {
 }
 
 /// Bytes that a copied triangle takes at the peak, and an instance; measured (docs/measurements.md).
-const COPY_BYTES: u64 = 280;
-const INSTANCE_BYTES: u64 = 600;
+const COPY_BYTES: u64 = 310;
+const INSTANCE_BYTES: u64 = 640;
 /// Copies of less than this are no matter, and rays are faster in them.
 const LITTLE: u64 = 64 << 20;
 /// How many times the memory of instances copies have to take.
