@@ -63,8 +63,11 @@ pub struct Context {
     pub page_bytes: u64,
     pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
-    pub(super) told_of_compiling: Option<Arc<dyn Fn(Compiling) + Send + Sync>>,
+    pub(super) told_of_compiling: Option<Told>,
 }
+
+/// Hears of each kernel that was compiled.
+type Told = Arc<dyn Fn(Compiling) + Send + Sync>;
 
 /// What ends work that is under way.
 #[derive(Clone)]
