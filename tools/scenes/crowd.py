@@ -45,7 +45,8 @@ def write(path, side, dense):
         binary += b"\0" * (-len(binary) % 4)
         views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
         binary += data
-        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": count, "type": kind, **more})
+        view = {"bufferView": len(views) - 1, "componentType": component}
+        accessors.append({**view, "count": count, "type": kind, **more})
         return len(accessors) - 1
 
     def flat(rows):
@@ -89,8 +90,9 @@ def write(path, side, dense):
         "ROTATION": accessor(flat(rotations), "h", 5122, "VEC4", side, normalized=True),
         "SCALE": accessor(flat(scales), "f", 5126, "VEC3", side),
     }
+    at = lambda row: (0.3 * chance.random(), 0.4 * chance.random(), step * (row - 0.5 * side))
     nodes = [
-        {"mesh": 0, "translation": [round(0.3 * chance.random(), 2), round(0.4 * chance.random(), 2), round(step * (row - 0.5 * side), 2)],
+        {"mesh": 0, "translation": [round(x, 2) for x in at(row)],
          "extensions": {"EXT_mesh_gpu_instancing": {"attributes": places}}}
         for row in range(side)
     ]
