@@ -152,6 +152,91 @@ fn n14_tables_of_records_are_exact() {
     }
 }
 
+const DRAWS: &str = "
+#import lib/select_records
+
+@group(0) @binding(0) var<storage, read_write> drawn: array<vec2u>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < batch.pixel_count {
+        // A kind of eye vertex for every so many-th.
+        let selection = select_light_vertex(id.x % 4u, id.x, 0u, 0u, 0u);
+        drawn[id.x] = vec2u(selection.vertex, bitcast<u32>(selection.inv_density));
+    }
+}
+";
+
+/// Whatever tables records have, and whichever records are near: every vertex of the cache is drawn as often as it says,
+/// so that the mean does not move (C-09). Among them a record that sees nothing, one that sees a single vertex, and eye
+/// vertices that have fewer than three records, or none.
+#[test]
+fn c09_draws_by_random_records_are_as_often_as_they_say() {
+    const RECORDS: u32 = 4;
+    const VERTICES: u32 = 12;
+    const DRAWN: u32 = 1 << 19;
+    let unit = |record: u32, vertex: u32| {
+        let random = uniform4(RandomKey { pixel: vertex, sample: record, seed: 8 }, 0);
+        match record {
+            0 => 0,
+            1 => u32::from(vertex == 5) << 30,
+            2 => (random.x.powi(8) * 2f32.powi(27)) as u32,
+            _ => (random.x * 2f32.powi(27)) as u32,
+        }
+    };
+    let running = |record: u32| {
+        (0..VERTICES).scan(0, move |sum, vertex| {
+            *sum += unit(record, vertex);
+            Some(*sum)
+        })
+    };
+    let ends: Vec<u32> = (0..RECORDS).flat_map(running).collect();
+    let none = u32::MAX;
+    let near = [[2u32, 3, 1, 0], [0, 2, none, 0], [0, none, none, 0], [none, none, none, 0]];
+    // In another order than the cache's.
+    let order: Vec<u32> = (0..VERTICES).map(|place| (5 * place + 3) % VERTICES).collect();
+    let offsets = [0, 1, VERTICES];
+    let inputs = [
+        ("light_path_offsets", cast_slice(&offsets)),
+        ("light_order", cast_slice(&order)),
+        ("record_ends", cast_slice(&ends)),
+        ("eye_records", cast_slice(&near)),
+    ];
+    let batch = Batch {
+        records: RECORDS,
+        light_path_count: 2,
+        connections: [1; 3],
+        width: DRAWN,
+        height: 1,
+        crop_width: DRAWN,
+        crop_height: 1,
+        crop_stride: 1,
+        pixel_count: DRAWN,
+        sample_count: 1,
+        ..Batch::default()
+    };
+    let words = run(DRAWS, &[Feature::Records], batch, &inputs, ("drawn", 2 * DRAWN as usize), DRAWN / 64);
+    let draws = f64::from(DRAWN / 4);
+    for kind in 0..near.len() {
+        let mut sums = [[0.0f64; 2]; VERTICES as usize];
+        for &[vertex, inv_density] in words.as_chunks::<2>().0.iter().skip(kind).step_by(4) {
+            // Of two light paths.
+            let value = f64::from(f32::from_bits(inv_density)) * 2.0;
+            sums[vertex as usize][0] += value;
+            sums[vertex as usize][1] += value * value;
+        }
+        for (vertex, [sum, squares]) in sums.iter().enumerate() {
+            let mean = sum / draws;
+            let error = ((squares / draws - mean * mean) / draws).sqrt();
+            let z = (mean - 1.0) / error;
+            assert!(
+                error < 0.1 && z.abs() < 5.0,
+                "eye vertex {kind}, light vertex {vertex}: {mean} +- {error}"
+            );
+        }
+    }
+}
+
 /// Every strategy alone, where connections go by tables (C-05).
 #[test]
 fn c05_every_strategy_by_records_alone_is_right() {
@@ -173,31 +258,42 @@ fn c08_pcbpt_agrees_with_path_at_the_ends_of_its_settings() {
     }
 }
 
+/// As `pcbpt`, with all that records may lack (C-08).
+#[test]
+fn c08_risbpt_agrees_with_path_where_records_see_nothing() {
+    assert_same_as_path(&mirrors(), risbpt(20, 0.05, false), 4);
+    assert_same_as_path(&shaded(), risbpt(20, 1e-6, false), 8);
+}
+
 /// Records that see no light, where others do: the camera sees a room through whose door no light comes but by a wall; and
 /// records that there are none of, since all is mirrors (C-08).
 #[test]
 fn c08_pcbpt_agrees_with_path_where_records_see_nothing() {
+    assert_same_as_path(&mirrors(), pcbpt(20, 0.05, false), 4);
+    assert_same_as_path(&shaded(), pcbpt(20, 1e-6, false), 8);
+}
+
+fn above(mut scene: Scene, name: &str) -> Scene {
+    scene.name = name.into();
+    scene.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 0.9, 1.4), DVec3::ZERO, 50.0));
+    scene
+}
+
+fn mirrors() -> Scene {
     let mirror = Material { metallic: 1.0, roughness: 0.0, ..grey(0.9) };
-    let above = |mut scene: Scene, name: &str| {
-        scene.name = name.into();
-        scene.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 0.9, 1.4), DVec3::ZERO, 50.0));
-        scene
-    };
-    let mirrors = above(
-        scene([(mirror, horizontal(2.0, 0.0, true)), (lamp(1.0), horizontal(2.0, 2.0, false))]),
-        "mirrors",
-    );
-    assert_same_as_path(&mirrors, pcbpt(20, 0.05, false), 4);
-    // A lamp that shines up, on a ceiling; what it lights is seen by the ceiling alone.
-    let shaded = above(
+    above(scene([(mirror, horizontal(2.0, 0.0, true)), (lamp(1.0), horizontal(2.0, 2.0, false))]), "mirrors")
+}
+
+/// A lamp that shines up, on a ceiling; what it lights is seen by the ceiling alone.
+fn shaded() -> Scene {
+    above(
         scene([
             (grey(0.6), horizontal(2.0, 0.0, true)),
             (lamp(3.0), horizontal(0.7, 0.6, true)),
             (grey(0.7), horizontal(2.0, 1.2, false)),
         ]),
         "lamp that shines up",
-    );
-    assert_same_as_path(&shaded, pcbpt(20, 1e-6, false), 8);
+    )
 }
 
 /// Whatever records tell weights: few light paths, one record, records of every pixel (C-08, C-09).
