@@ -42,6 +42,7 @@ fn path_key(path: u32) -> RandomKey {
 #endif
 }
 
+#if !independent
 /// Steps of `path_words` for one dimension; 0 where the number is drawn for every path by itself.
 fn path_steps(dimension: u32) -> vec4u {
 #if shared_light_paths
@@ -85,12 +86,16 @@ fn path_steps(dimension: u32) -> vec4u {
 #endif
 #endif
 }
+#endif
 
 /// A path's numbers of one dimension as words: the samples of a pixel's group, and the light paths of an iteration, fill
 /// the first dimensions evenly. Each number alone is uniform, and groups are independent.
 fn path_words(path: u32, dimension: u32) -> vec4u {
     var key = path_key(path);
     let words = random4(key, dimension);
+#if independent
+    return words;
+#else
     let steps = path_steps(dimension);
     if all(steps == vec4u(0u)) {
         return words;
@@ -105,6 +110,7 @@ fn path_words(path: u32, dimension: u32) -> vec4u {
 #endif
     let shift = random4(key, dimension + GROUP_DIMENSION);
     return select(words, shift + index * steps, steps != vec4u(0u));
+#endif
 }
 
 /// The same as numbers in [0, 1).

@@ -33,9 +33,13 @@ fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32, material:
     if number >= count {
         return Selection(NO_VERTEX, 0.0);
     }
+#if independent
+    let light_label = draw_column(eye_label * batch.subspaces, pcg4d(vec4u(words.yzw, number)).z);
+#else
     // Units that the draws are apart. What is left over, N units of 2^32 at most, is never drawn.
     let step = 0xffffffffu / count;
     let light_label = draw_column(eye_label * batch.subspaces, number * step + mul_high(words.x, step));
+#endif
     let range = bucket_range(light_label);
     // Where the subspace is empty this time, there is no connection, and no other draw: that would be a bias.
     if range.x == range.y {

@@ -58,6 +58,7 @@ impl Settings {
         settings.add("training", &options.training, &Training::default())?;
         settings.add("max_depth", &options.view.max_depth, &default.view.max_depth)?;
         settings.add("roulette_cap", &options.view.roulette_cap, &default.view.roulette_cap)?;
+        settings.add("independent", &options.view.independent, &default.view.independent)?;
         settings.add("plan", plan, &Plan::default())?;
         Ok(settings)
     }
@@ -123,7 +124,7 @@ mod tests {
 
     fn plan() -> Plan {
         let goal = Goal { error: 0.12, longest: Duration::from_millis(2500) };
-        Plan { time: Some(Duration::from_secs(1)), samples: None, equal_samples: 100, goal: Some(goal) }
+        Plan { time: Some(Duration::from_secs(1)), equal_samples: 100, goal: Some(goal), ..Plan::default() }
     }
 
     #[test]

@@ -78,9 +78,6 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     let wanted = args.method.method()?;
     let method = wanted.unwrap_or_else(|| Automatic::without_end(&scene).method);
     let slot = METHODS.iter().position(|other| other.name == method.name()).unwrap_or(0);
-    let mut methods = METHODS.map(Descriptor::default_method);
-    methods[slot] = method;
-    let methods = methods.map(|method| args.method.for_caustics(&scene, method).0);
     let training = args.method.training()?;
     let model = args.model.load(scene.content_hash(), wanted)?;
     progress::install_interrupt();
@@ -95,7 +92,9 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     // The window places its camera itself.
     let options = args.picture.options(&scene, 0);
     let view = View { seed: args.seed.seed, ..options.view };
-    let options = RenderOptions { view, model, training, ..options };
+    let options = args.method.apply(RenderOptions { view, method, model, training, ..options });
+    let mut methods = METHODS.map(|other| args.method.for_caustics(&scene, other.default_method()).0);
+    methods[slot] = args.method.for_caustics(&scene, options.method).0;
     let (source, camera) = (args.scene.clone(), args.camera.clone());
     let settings = Settings {
         context,

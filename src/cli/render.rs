@@ -112,8 +112,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let scene_hash = scene.content_hash();
     let named = args.named_method(&scene)?;
     let (method, light_tracing) = named.map_or((None, None), |(method, why)| (Some(method), why));
-    let mut options = args.options(&scene, camera, &files)?;
-    options.method = method.unwrap_or(options.method);
+    let mut options = args.options(&scene, camera, &files, method)?;
     options.model = args.model.load(scene_hash, method)?;
     args.check_portion(method, &options, &scene)?;
     let strategies = match args.strategies {
@@ -320,7 +319,13 @@ impl RenderArgs {
         }
     }
 
-    fn options(&self, scene: &Scene, camera: usize, files: &[PathBuf]) -> Result<RenderOptions, InputError> {
+    fn options(
+        &self,
+        scene: &Scene,
+        camera: usize,
+        files: &[PathBuf],
+        method: Option<Method>,
+    ) -> Result<RenderOptions, InputError> {
         let no_limit = self.spp.is_none() && self.time.is_none() && self.error.is_none();
         let samples = if no_limit { Some(DEFAULT_SAMPLES) } else { self.spp };
         let portion = self.keep.samples.as_ref();
@@ -332,7 +337,7 @@ impl RenderArgs {
             return Err(InputError::Usage("--spp takes at least 1 sample per pixel".into()));
         }
         // What is chosen later has no settings, strategies or subspaces that could be asked for.
-        let method = self.method.method()?.unwrap_or_default();
+        let method = method.unwrap_or_default();
         if let Some(debug) = self.debug {
             debug.check(method)?;
         }
@@ -352,7 +357,7 @@ impl RenderArgs {
             training: self.method.training()?,
             ..picture
         };
-        self.outputs.apply(options, linear)
+        self.outputs.apply(self.method.apply(options), linear)
     }
 
     /// # Errors

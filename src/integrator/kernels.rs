@@ -27,6 +27,11 @@ pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
         let thinned: Vec<Features> = forms.iter().map(|form| form.with(&[Feature::Thinning])).collect();
         forms.extend(thinned);
     }
+    if plan.shares_cache() {
+        let independent: Vec<Features> =
+            forms.iter().map(|form| form.with(&[Feature::Independent])).collect();
+        forms.extend(independent);
+    }
     let lambert =
         |form: &Features| form.contains(Feature::LambertOnly) && !form.contains(Feature::SubspaceDirections);
     let lambert: Vec<Features> = forms

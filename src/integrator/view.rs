@@ -17,6 +17,9 @@ pub struct View {
     pub max_depth: Option<u32>,
     /// Least probability that Russian roulette lets a path go on after a surface.
     pub roulette_cap: f32,
+    /// Every sample has light paths and points of its own, in place of a group's, where light paths are shared at all: as
+    /// others count samples.
+    pub independent: bool,
     pub seed: u64,
 }
 
@@ -29,7 +32,15 @@ impl Default for View {
 impl View {
     /// A whole picture of that size, by default in all else.
     pub fn sized(width: u32, height: u32) -> Self {
-        Self { width, height, crop: None, max_depth: None, roulette_cap: DEFAULT_ROULETTE_CAP, seed: 0 }
+        Self {
+            width,
+            height,
+            crop: None,
+            max_depth: None,
+            roulette_cap: DEFAULT_ROULETTE_CAP,
+            independent: false,
+            seed: 0,
+        }
     }
 
     /// The part that is rendered.

@@ -65,6 +65,9 @@ pub fn picture_of(scene_hash: u64, camera: &Camera, options: &RenderOptions) -> 
     say("maximum depth", view.max_depth.map_or("none".into(), |depth| depth.to_string()));
     say("roulette cap", view.roulette_cap.to_string());
     say("seed", view.seed.to_string());
+    if view.independent {
+        say("samples", "independent".into());
+    }
     if let Some(strategy) = options.strategy {
         say("strategy", format!("{strategy:?}"));
     }

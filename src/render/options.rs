@@ -30,6 +30,8 @@ pub struct RenderOptions {
     /// What `Method::SpcBpt` has learnt before; `None`: it learns from `training` first.
     pub model: Option<Arc<Model>>,
     pub training: Training,
+    /// These are [those of a paper](Self::as_published), for reports.
+    pub as_published: bool,
     /// Features to compile for; `None` takes those of the scene (tests force others).
     pub features: Option<SceneFeatures>,
 }

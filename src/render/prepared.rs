@@ -171,7 +171,7 @@ impl Prepared {
             training: None,
             round_losses: Vec::new(),
             round_samples: Vec::new(),
-            choices: uploaded.choices.clone(),
+            choices: uploaded.choices.iter().cloned().chain(options.preset()).collect(),
             estimated_error: None,
             rays: RayCounts::default(),
             non_finite: 0,

@@ -9,8 +9,8 @@ use clap::{Args, ValueEnum};
 use super::InputError;
 use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt};
-use crate::render::for_caustics;
+use crate::integrator::{Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt, View};
+use crate::render::{PUBLISHED_LIGHT_PATHS_PER_PIXEL, RenderOptions, for_caustics};
 use crate::scene::Scene;
 use crate::subspace::{LEAST_UNIFORM_SHARE, Model, Optimiser, Settings, SubspaceError};
 use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
@@ -79,6 +79,18 @@ pub struct MethodArgs {
           help = format!("Share of the pixels that have an eye path which leaves records in each sample, above 0 and up to 1; it is \
                           rounded to every so many-th pixel ({}; default: {})", names_of(Setting::Records), PcBpt::RECORD_SHARE))]
     record_share: Option<f64>,
+    #[arg(long, help = format!("Each sample has light paths, points and draws of its own, in place of groups of samples whose points lie \
+                                well apart: more noise. For research ({})", names_of(Setting::Connections)))]
+    independent: bool,
+    #[arg(long, conflicts_with_all = ["light_paths", "ConnectionArgs", "light_tracing", "record_share", "independent", "learn",
+                                      "quality", "rounds", "subspaces", "optimiser", "uniform_share", "smoothing",
+                                      "no_light_guide", "lloyd_steps", "tree_depth", "direction_weight"],
+          help = format!("The method as its paper has it, without what has been added here, for comparison: --independent, \
+                          --connections 3, --shares 1,1,1,1, --no-thinning, and --light-paths of {PUBLISHED_LIGHT_PATHS_PER_PIXEL:.4} \
+                          for each pixel, which is 100,000 for 1920x1080 ({}: {} at any size); spcbpt learns by --train-paths \
+                          1000000, where no other number is given beside this, and --subspaces 1000 --lloyd-steps 0 --smoothing 0 --optimiser softmax --no-light-guide ({})",
+                         names_of(Setting::Records), PcBpt::LIGHT_PATHS, names_of(Setting::Connections)))]
+    as_published: bool,
     /// When spcbpt learns (default: meanwhile on a GPU unless --spp is given, else first). Only first makes the same
     /// picture again.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with = "train_paths", help_heading = LEARNING)]
@@ -146,7 +158,7 @@ fn parse_shares(text: &str) -> Result<[f32; 4], String> {
     shares.ok_or_else(|| "takes four numbers from .001 to 1000, such as 3,2,1,4".to_owned())
 }
 
-fn parse_record_share(text: &str) -> Result<f64, String> {
+pub fn parse_record_share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|share| *share > 0.0 && *share <= 1.0);
     share.ok_or_else(|| "takes a share above 0, 1 at most, such as 0.004".to_owned())
 }
@@ -275,7 +287,7 @@ impl clap::builder::TypedValueParser for IntegratorParser {
 }
 
 /// `a, b and c`: the methods that have a setting.
-fn names_of(setting: Setting) -> String {
+pub fn names_of(setting: Setting) -> String {
     let names: Vec<&str> =
         METHODS.iter().filter(|method| method.takes(setting)).map(|method| method.name).collect();
     match names.as_slice() {
@@ -314,6 +326,8 @@ impl MethodArgs {
             ("--light-tracing", Setting::LightTracing, given.light_tracing),
             ("--no-light-tracing", Setting::LightTracing, self.no_light_tracing),
             ("--record-share", Setting::Records, given.record_share.is_some()),
+            ("--independent", Setting::Connections, self.independent),
+            ("--as-published", Setting::Connections, self.as_published),
         ] {
             self.refuse(flag, setting, is_given)?;
         }
@@ -333,10 +347,17 @@ impl MethodArgs {
 
     /// The method as the scene wants it, where nothing is said of light tracing; and why.
     pub fn for_caustics(&self, scene: &Scene, method: Method) -> (Method, Option<Choice>) {
-        match self.light_tracing || self.no_light_tracing {
+        match self.light_tracing || self.no_light_tracing || self.as_published {
             true => (method, None),
             false => for_caustics(scene, method),
         }
+    }
+
+    /// The options with what is not of the method alone, or depends on the picture.
+    pub fn apply(&self, options: RenderOptions) -> RenderOptions {
+        let independent = options.view.independent || self.independent;
+        let options = RenderOptions { view: View { independent, ..options.view }, ..options };
+        if self.as_published { options.as_published() } else { options }
     }
 
     /// Refuses a setting that is given and that the integrator does not have.

@@ -1,5 +1,7 @@
 //! Integrators with settings, as benchmarks take them from the command line.
 
+use std::sync::Arc;
+
 use clap::Parser;
 
 use super::scene::BenchScene;
@@ -18,11 +20,11 @@ pub struct Candidate {
     /// Its pictures are denoised before they are compared.
     pub denoise: bool,
     training: Training,
-    paths: PathArgs,
+    arguments: Arc<OneIntegrator>,
 }
 
 /// The options of one integrator.
-#[derive(Parser)]
+#[derive(Parser, Debug)]
 #[command(no_binary_name = true, disable_help_flag = true)]
 struct OneIntegrator {
     #[command(flatten)]
@@ -64,7 +66,13 @@ impl Candidate {
         }
         // The same seed makes the same picture in every run.
         let training = Training { when: training.when.or(Some(When::First)), ..training };
-        Ok(Self { label: label.to_owned(), method, denoise: parsed.denoise, training, paths: parsed.paths })
+        Ok(Self {
+            label: label.to_owned(),
+            method,
+            denoise: parsed.denoise,
+            training,
+            arguments: Arc::new(parsed),
+        })
     }
 
     pub fn options(&self, bench_scene: &BenchScene, seed: u64) -> RenderOptions {
@@ -76,7 +84,7 @@ impl Candidate {
             through_mirrors: self.denoise,
             ..bench_scene.options.clone()
         };
-        self.paths.apply(options)
+        self.arguments.method.apply(self.arguments.paths.apply(options))
     }
 
     /// The same, denoised.

@@ -100,6 +100,7 @@ impl Bidirectional {
             subspace_directions,
             resampling: plan.weights == Weights::Resampling && scene.features.lights(),
             thinning: plan.thins() && scene.thins,
+            independent: plan.shares_cache() && settings.view.independent,
             learns,
             // Learning needs vertices whole, and labels by direction wait for the direction of a connection.
             lambert_vertices: purpose == Purpose::Picture
@@ -166,7 +167,10 @@ impl Bidirectional {
         let pixels = settings.view.width * settings.view.height;
         self.light_paths = self.plan.light_paths.count(pixels, settings.view.region().pixels());
         // Records are those of a sample.
-        let shares_samples = self.plan.shares_cache() && self.records.is_none() && !self.wavefront.learns();
+        let shares_samples = self.plan.shares_cache()
+            && self.records.is_none()
+            && !settings.view.independent
+            && !self.wavefront.learns();
         self.iteration = match shares_samples {
             true => self.wavefront.samples_at_once(self.light_paths),
             false => 1,
@@ -310,7 +314,10 @@ impl Integrator for Bidirectional {
                 choices.push(Choice::new("light paths per sample", self.light_paths, reason));
             }
             if self.records.is_none() {
-                let reason = "all that the queues hold at once, up to a group";
+                let reason = match self.wavefront.settings.view.independent {
+                    true => "samples are independent, as asked for",
+                    false => "all that the queues hold at once, up to a group",
+                };
                 choices.push(Choice::new("samples that share light paths", self.iteration, reason));
             }
         }

@@ -24,6 +24,8 @@ pub(crate) struct Form {
     pub resampling: bool,
     /// Narrow lobes are connected less often.
     pub thinning: bool,
+    /// Samples are independent of each other.
+    pub independent: bool,
     /// Paths are written down, for the host to learn from.
     pub learns: bool,
     /// Light vertices are those of `LambertVertex`.
@@ -40,6 +42,7 @@ impl Form {
             (Feature::SubspaceDirections, self.subspace_directions),
             (Feature::Resampling, self.resampling),
             (Feature::Thinning, self.thinning),
+            (Feature::Independent, self.independent),
             (Feature::Learns, self.learns),
             (Feature::LambertVertices, self.lambert_vertices),
         ]
