@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum as _};
 
+use super::args::method::names_of;
+use super::args::picture::DEFAULT_SIZE;
 use super::args::{InputError, SceneArgs};
 use super::{CliError, Exit};
 use crate::accel::{Accel, arranged};
@@ -11,7 +13,8 @@ use crate::device::context::{adapter, binding_of};
 use crate::device::host_memory::{free_memory, used_memory};
 use crate::device::scene::{SceneMemory, readable_bytes};
 use crate::device::{DeviceChoice, DeviceError, Feature, Features};
-use crate::integrator::View;
+use crate::integrator::method::Setting;
+use crate::integrator::{PcBpt, View};
 use crate::render::{PictureMemory, RenderOptions};
 use crate::scene::{LightKind, Projection, Repeated, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
@@ -105,6 +108,16 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
         memory.device + memory.host
     };
     println!("  a picture: {} bytes a pixel beside that, {} with an EXR's layers", pixel(false), pixel(true));
+    let [width, height] = scene.resolution.unwrap_or(DEFAULT_SIZE);
+    let records = PcBpt::default().record_cost(width, height);
+    println!(
+        "  {} at {width}x{height}: about {} records with tables of about {} light vertices; {:.1} M shadow rays a sample, {}",
+        names_of(Setting::Records),
+        records.records,
+        records.vertices,
+        records.shadow_rays() as f64 * 1e-6,
+        readable_bytes(2 * records.buffer_bytes())
+    );
     let Ok(adapter) = adapter(&DeviceChoice::Auto) else { return Ok(()) };
     let (info, limits) = (adapter.get_info(), adapter.limits());
     let page_bytes = binding_of(&limits);
@@ -120,7 +133,15 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
         0 => "in one piece each".to_string(),
         pages => format!("in {pages} bindings more than a small scene"),
     };
-    println!("  it fits {}, {split}\n", info.name);
+    println!("  it fits {}, {split}", info.name);
+    if records.buffer_bytes() > page_bytes {
+        println!(
+            "  the tables of records do not, as far as that can be foretold: the device binds {} at once; a smaller \
+             --record-share or fewer --light-paths take less",
+            readable_bytes(page_bytes)
+        );
+    }
+    println!();
     Ok(())
 }
 

@@ -11,7 +11,7 @@ use crate::render::RenderOptions;
 use crate::scene::Scene;
 
 /// Pixels of a picture that no size is given for, where the scene asks for none either.
-const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+pub const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
 /// Where paths end.
 #[derive(Args, Clone, Copy, Debug)]

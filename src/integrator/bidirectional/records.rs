@@ -2,6 +2,7 @@
 //! vertices of the light cache.
 
 use super::RESERVE;
+use super::settings::{PcBpt, RecordCost};
 use crate::device::layout::{Batch, Record};
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
 use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront};
@@ -13,8 +14,6 @@ use crate::math::rng::{RandomKey, random4};
 const RECORD_STREAM: u32 = 0x7f4a_7c15;
 /// Room for the records of each path at first; it grows where that is too little.
 const FIRST_RECORDS_A_PATH: u64 = 6;
-/// Bytes of a table for each record and vertex of the cache, in each of two buffers.
-const ENTRY_BYTES: u64 = 4;
 /// Least Q, as a share of the mean: where no light was seen to arrive, some may.
 const LEAST_Q: f32 = 1e-3;
 /// Pairs of a record and a light vertex that one dispatch looks at.
@@ -80,7 +79,7 @@ impl Records {
     ) -> Result<Self, DeviceError> {
         let mut compile = |name: &str, extra: &[Feature]| wavefront.compile(context, name, extra);
         let records = Self {
-            stride: ((1.0 / share).sqrt().round() as u32).max(1),
+            stride: PcBpt::stride(share),
             capacity: 0,
             entries: 0,
             count: 0,
@@ -247,13 +246,13 @@ impl Records {
             return Ok(());
         }
         let limit = context.binding;
-        let bytes = entries * ENTRY_BYTES;
+        let bytes = entries * RecordCost::ENTRY_BYTES;
         if bytes > limit {
             return Err(DeviceError::RecordsTooLarge { records, vertices, bytes, limit });
         }
-        let with_reserve = ((entries as f64 * RESERVE) as u64).min(limit / ENTRY_BYTES);
+        let with_reserve = ((entries as f64 * RESERVE) as u64).min(limit / RecordCost::ENTRY_BYTES);
         for name in ["record_weights", "record_ends"] {
-            wavefront.buffers.create(context, name, with_reserve * ENTRY_BYTES)?;
+            wavefront.buffers.create(context, name, with_reserve * RecordCost::ENTRY_BYTES)?;
         }
         self.entries = with_reserve;
         self.has_grown = true;

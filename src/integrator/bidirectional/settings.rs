@@ -65,6 +65,48 @@ impl PcBpt {
     pub const LIGHT_PATHS: u32 = 200;
 }
 
+/// What records take in an iteration, as foretold from the size of a picture alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecordCost {
+    pub records: u64,
+    /// Light vertices that each has in its table.
+    pub vertices: u64,
+}
+
+impl RecordCost {
+    /// Vertices that a path has on average between walls of medium grey, of the eye's that leave records.
+    const RECORDS_A_PATH: u64 = 4;
+    const VERTICES_A_PATH: u64 = 6;
+    /// In each of two buffers.
+    pub const ENTRY_BYTES: u64 = 4;
+
+    /// Shadow rays of an iteration, as many as tables have entries.
+    pub fn shadow_rays(&self) -> u64 {
+        self.records * self.vertices
+    }
+
+    /// Of the larger buffer that tables take.
+    pub fn buffer_bytes(&self) -> u64 {
+        self.shadow_rays() * Self::ENTRY_BYTES
+    }
+}
+
+impl PcBpt {
+    /// Every so many-th pixel, along both sides of the picture, has an eye path that leaves records.
+    pub(super) fn stride(share: f64) -> u32 {
+        ((1.0 / share).sqrt().round() as u32).max(1)
+    }
+
+    /// What its records take in an iteration.
+    pub fn record_cost(&self, width: u32, height: u32) -> RecordCost {
+        let paths = |length: u32| u64::from(length.div_ceil(Self::stride(self.record_share)));
+        RecordCost {
+            records: paths(width) * paths(height) * RecordCost::RECORDS_A_PATH,
+            vertices: u64::from(self.light_paths.unwrap_or(Self::LIGHT_PATHS)) * RecordCost::VERTICES_A_PATH,
+        }
+    }
+}
+
 impl Default for PcBpt {
     fn default() -> Self {
         Self {
