@@ -131,19 +131,14 @@ pub fn compare(
     exposure: f32,
 ) -> Result<Comparison, FilmError> {
     let Errors { mape, relmse, relmse_trimmed } = errors(picture, reference)?;
-    let values = || picture.rgb.iter().zip(&reference.rgb);
-    let paper = values().map(|(a, b)| {
-        let error = |c: usize| f64::from((a[c] - b[c]).abs()) / (f64::from(b[c]) + 0.01);
-        (error(0) + error(1) + error(2)) / 3.0
-    });
     let display = |picture: &Picture| -> Vec<[f32; 3]> {
         picture.rgb.iter().map(|&radiance| view.display(exposure, radiance)).collect()
     };
     let (shown, shown_reference) = (display(picture), display(reference));
     Ok(Comparison {
         mape,
-        mape_paper: mean(paper.clone().map(|error| error.min(10.0))),
-        mape_paper_unclamped: mean(paper),
+        mape_paper: mape_paper(picture, reference),
+        mape_paper_unclamped: mean(paper_errors(picture, reference)),
         relmse,
         relmse_trimmed,
         mean: mean_ratio(picture, reference),
@@ -151,6 +146,19 @@ pub fn compare(
         psnr: psnr(&shown, &shown_reference),
         flip: mean_flip(&shown, &shown_reference, picture.width as usize),
     })
+}
+
+/// The errors of pixels as [`Comparison::mape_paper`] has them, before their limit.
+fn paper_errors<'a>(picture: &'a Picture, reference: &'a Picture) -> impl Iterator<Item = f64> + 'a {
+    picture.rgb.iter().zip(&reference.rgb).map(|(a, b)| {
+        let error = |c: usize| f64::from((a[c] - b[c]).abs()) / (f64::from(b[c]) + 0.01);
+        (error(0) + error(1) + error(2)) / 3.0
+    })
+}
+
+/// [`Comparison::mape_paper`] alone. They have the same size.
+pub fn mape_paper(picture: &Picture, reference: &Picture) -> f64 {
+    mean(paper_errors(picture, reference).map(|error| error.min(10.0)))
 }
 
 /// Mean LDR-FLIP by the default view, both at the exposure that suits the reference. They have the same size.

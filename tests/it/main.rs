@@ -64,6 +64,7 @@ mod point_sets;
 #[cfg(feature = "preview")]
 mod preview;
 mod public_scenes;
+mod published;
 mod quadrature;
 mod random;
 mod reachable;

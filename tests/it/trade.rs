@@ -87,7 +87,7 @@ fn a_front_is_what_nothing_beats() {
 
 #[test]
 fn checkpoints_double_and_take_in_the_equal_samples_and_the_end() {
-    let plan = Plan { time: None, samples: None, equal_samples: 100, goal: None };
+    let plan = Plan { equal_samples: 100, ..Plan::default() };
     assert_eq!(plan.checkpoints().take(8).collect::<Vec<_>>(), [8, 16, 32, 64, 100, 128, 256, 512]);
     let plan = Plan { samples: Some(40), equal_samples: 8, ..plan };
     assert_eq!(plan.checkpoints().collect::<Vec<_>>(), [8, 16, 32, 40]);
@@ -241,7 +241,7 @@ fn a_render_goes_on_to_its_goal() {
     let mut probe = SpeedProbe::new(gpu::context()).expect("a probe");
     let mut run = |time: Duration, goal: Option<Goal>| {
         let mut clock = probe.clock().expect("a clock");
-        let plan = Plan { time: Some(time), samples: None, equal_samples: 8, goal };
+        let plan = Plan { time: Some(time), equal_samples: 8, goal, ..Plan::default() };
         measure(&mut shot(1), &plan, &reference, &mut clock, None, |_| false)
             .expect("a render")
             .expect("its end")

@@ -31,6 +31,8 @@ pub struct Plan {
     /// A checkpoint at so many samples as well.
     pub equal_samples: u32,
     pub goal: Option<Goal>,
+    /// [`Checkpoint::mape`] is [the paper's](metric::mape_paper), and times are of rendering alone.
+    pub as_paper: bool,
 }
 
 /// What a render goes on to that its time is not long enough for.
@@ -56,6 +58,16 @@ impl Goal {
 impl Plan {
     pub fn budget(&self) -> Budget {
         Budget { time: self.time.map(TimeLimit::Total), samples: self.samples, error: None }
+    }
+
+    /// The same where learning has taken so much time, which is part of all limits from here on.
+    fn after_learning(&self, learning: Duration) -> Self {
+        let learning = if self.as_paper { learning } else { Duration::ZERO };
+        Self {
+            time: self.time.map(|time| time + learning),
+            goal: self.goal.map(|goal| Goal { longest: goal.longest + learning, ..goal }),
+            ..*self
+        }
     }
 
     /// The next checkpoint of a render that goes on to its goal: there are more of them, so that it ends soon after,
@@ -102,7 +114,7 @@ pub struct Checkpoint {
     /// The same two in units of work that the device could have done in them, see [`NormalisedClock`].
     pub work: f64,
     pub preprocessing_work: f64,
-    /// As in [`Errors`], the noise of the reference included.
+    /// As in [`Errors`], the noise of the reference included; but see [`Plan::as_paper`].
     pub mape: f64,
     pub relmse: f64,
     pub relmse_trimmed: f64,
@@ -198,6 +210,7 @@ pub fn measure(
     mut denoiser: Option<&mut Denoiser>,
     mut interrupted: impl FnMut(&Progress) -> bool,
 ) -> Result<Option<Vec<Checkpoint>>, RenderError> {
+    let plan = plan.after_learning(renderer.learning_time().total);
     let before = renderer.learning_time().total.as_secs_f64();
     let preprocessing_work = clock.work(before)?;
     let mut points: Vec<Checkpoint> = Vec::new();
@@ -245,7 +258,8 @@ pub fn measure(
         let picture = picture.part(&reference.region);
         let point = Checkpoint::new(&report, &picture, reference.picture, [work, preprocessing_work])?;
         let flip = (reference.region.stride == 1).then(|| metric::flip(&picture, reference.picture));
-        points.push(Checkpoint { flip, ..point });
+        let mape = if plan.as_paper { metric::mape_paper(&picture, reference.picture) } else { point.mape };
+        points.push(Checkpoint { flip, mape, ..point });
         match goal {
             Some(goal) if stop == Stop::Time || points.last().is_some_and(|last| last.mape <= goal.error) => {
                 break;

@@ -75,13 +75,13 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
     candidates.iter().try_for_each(Candidate::refuse_denoised)?;
     let store = args.reference.store()?;
-    let context = args.scenes.picture.device.open(true)?;
+    let context = args.scenes.seen.picture.device.open(true)?;
     let (today, command) = (today(), command_line());
     let mut heading = Some(format!("## {today}, {}\n\n`{command}`", context.describe()));
     let mut results = Vec::new();
     let mut non_finite = 0;
     for path in &args.scenes.paths {
-        let bench_scene = args.scenes.load(path)?;
+        let bench_scene = args.scenes.seen.load(path)?;
         let Some(reference) = store.reference(&context, &bench_scene, quiet)? else {
             return Ok(Exit::Interrupted);
         };
@@ -172,7 +172,7 @@ fn json_of(bench_scene: &BenchScene, reference: &ReferenceFile, rows: &[Row]) ->
         .map(|row| {
             json!({
                 "name": row.candidate.label,
-                "method": row.candidate.method,
+                "method": row.candidate.options(bench_scene, 0).method,
                 "summary": row.summary,
                 "learning_seconds": row.report.preprocessing_seconds,
                 "bytes": row.bytes(),

@@ -3,8 +3,12 @@
 
 mod candidate;
 mod efficiency;
+mod format;
+mod paper;
+mod paper_figures;
 mod rays;
 mod reference;
+mod runs;
 mod scene;
 mod sweep;
 mod trade;
@@ -13,6 +17,7 @@ use clap::{Args, Subcommand};
 
 use crate::cli::{CliError, Exit};
 use efficiency::EfficiencyArgs;
+use paper::PaperArgs;
 use rays::RaysArgs;
 use reference::MakeReferenceArgs;
 use trade::TradeArgs;
@@ -32,6 +37,8 @@ enum Bench {
     Efficiency(EfficiencyArgs),
     /// What speed costs in accuracy: error against time, of integrators and of their settings, as a page with plots.
     Trade(Box<TradeArgs>),
+    /// The tables of the paper on SPCBPT, measured here, as a page.
+    Paper(Box<PaperArgs>),
     /// Make references as exact as asked, and check each by another integrator.
     Reference(MakeReferenceArgs),
 }
@@ -45,6 +52,7 @@ pub fn run(args: &BenchArgs, quiet: bool) -> Result<Exit, CliError> {
         Bench::Rays(args) => rays::run(args),
         Bench::Efficiency(args) => efficiency::run(args, quiet),
         Bench::Trade(args) => trade::run(args, quiet),
+        Bench::Paper(args) => paper::run(args, quiet),
         Bench::Reference(args) => reference::run(args, quiet),
     }
 }

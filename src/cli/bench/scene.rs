@@ -17,6 +17,13 @@ pub struct BenchSceneArgs {
     #[arg(value_name = "SCENE", required = true)]
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
+    pub seen: SeenArgs,
+}
+
+/// What is the same for all scenes.
+#[derive(Args, Debug)]
+pub struct SeenArgs {
+    #[command(flatten)]
     camera: CameraNameArgs,
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -36,7 +43,7 @@ pub struct BenchScene {
     pub options: RenderOptions,
 }
 
-impl BenchSceneArgs {
+impl SeenArgs {
     /// Loads one of the scenes.
     ///
     /// # Errors

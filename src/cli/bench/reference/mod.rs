@@ -84,10 +84,10 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
         maker: Some(maker.clone()),
     };
     install_interrupt();
-    let context = args.scenes.picture.device.open(quiet)?;
+    let context = args.scenes.seen.picture.device.open(quiet)?;
     let mut exit = Exit::Done;
     for path in &args.scenes.paths {
-        let bench_scene = args.scenes.load(path)?;
+        let bench_scene = args.scenes.seen.load(path)?;
         let kept = store.kept(&bench_scene, &maker.label)?;
         let Some(mut reference) = store.grow(&context, &bench_scene, &maker, kept, quiet)? else {
             eprintln!("interrupted; what is there is kept, the same command goes on with it");

@@ -2,10 +2,7 @@
 
 mod lineup;
 mod page;
-mod paper;
 mod plot;
-mod record;
-mod renders;
 mod results;
 mod sheet;
 
@@ -18,6 +15,7 @@ use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Goal, Plan};
 use crate::cli::args::{InputError, parse_duration};
 use crate::cli::bench::reference::ReferenceArgs;
+use crate::cli::bench::runs::{Ask, Drift, Records, SceneRenders, Series};
 use crate::cli::bench::scene::BenchSceneArgs;
 use crate::cli::progress::install_interrupt;
 use crate::cli::text::{command_line, today};
@@ -26,8 +24,6 @@ use crate::film::denoise::Denoiser;
 use crate::film::write::write_atomic;
 
 use lineup::Lineup;
-use record::{Drift, Records};
-use renders::SceneRenders;
 use results::{SceneResult, Trade, scene_result};
 
 /// What is measured and how, below the options of `--help`.
@@ -126,17 +122,19 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let file = args.output.join("runs.jsonl");
     let mut records = Records::open(&file)?;
     install_interrupt();
-    let context = args.scenes.picture.device.open(quiet)?;
+    let context = args.scenes.seen.picture.device.open(quiet)?;
     let plan = Plan {
         time: Some(args.time),
         samples: args.spp,
         equal_samples: args.equal_samples,
         goal: args.longest.map(|longest| Goal { error: args.target, longest }),
+        as_paper: false,
     };
+    let series = Series { candidates: &lineup.all, plan, seeds: args.seeds, first_seed: args.seed };
     let mut probe: Option<SpeedProbe> = None;
     let mut all: Vec<SceneRenders> = Vec::new();
     for path in &args.scenes.paths {
-        let bench_scene = args.scenes.load(path)?;
+        let bench_scene = args.scenes.seen.load(path)?;
         if all.iter().any(|renders| renders.bench_scene.name == bench_scene.name) {
             return Err(InputError::Usage(format!(
                 "two scenes are called '{}'; rename one, tables could not tell them apart",
@@ -147,14 +145,14 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
         let Some(reference) = store.reference(&context, &bench_scene, quiet)? else {
             return Ok(interrupted(&file, &records));
         };
-        let renders = SceneRenders { args, context: &context, bench_scene, reference, plan, quiet };
-        if !renders.render_all(&lineup, &mut records, &mut probe, denoiser.as_mut())? {
+        let renders = SceneRenders { context: &context, bench_scene, reference, quiet };
+        if !renders.render_all(&series, &mut records, &mut probe, denoiser.as_mut())? {
             return Ok(interrupted(&file, &records));
         }
         all.push(renders);
     }
     let stored: Vec<Vec<Vec<&[Checkpoint]>>> =
-        all.iter().map(|renders| renders.stored(&lineup, &records)).collect::<Result<_, _>>()?;
+        all.iter().map(|renders| renders.stored(&series, &records)).collect::<Result<_, _>>()?;
     // The usual speed is that over all scenes.
     let drift = Drift::of(stored.iter().flatten().flatten().copied());
     let seconds_per_unit = drift.map_or(1.0, |drift| drift.usual_seconds_per_unit);
@@ -162,7 +160,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
         |points: &&[Checkpoint]| points.iter().map(|point| point.at_speed(seconds_per_unit)).collect();
     let mut times: Vec<f64> = args.at.iter().map(Duration::as_secs_f64).collect();
     times.sort_by(f64::total_cmp);
-    let ask = results::Ask { target: args.target, times: &times, equal_samples: args.equal_samples };
+    let ask = Ask { target: args.target, times: &times, equal_samples: args.equal_samples };
     let result = |(renders, stored): (&SceneRenders, &Vec<Vec<&[Checkpoint]>>)| {
         let runs = stored.iter().map(|seeds| seeds.iter().map(at_usual_speed).collect()).collect();
         scene_result(&renders.bench_scene, &renders.reference, &lineup, runs, &ask)

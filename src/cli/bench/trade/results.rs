@@ -3,13 +3,12 @@
 use serde::Serialize;
 
 use super::lineup::Lineup;
-use super::record::Drift;
-use crate::bench::trade::{Checkpoint, Summary, Typical, front, summary};
+use crate::bench::trade::{Checkpoint, Typical, front};
 use crate::cli::bench::candidate::Candidate;
 use crate::cli::bench::reference::ReferenceFile;
+use crate::cli::bench::runs::{Ask, CandidateResult, Drift, ReferenceResult};
 use crate::cli::bench::scene::BenchScene;
 use crate::cli::bench::sweep::Sweep;
-use crate::film::metric::ReferenceNoise;
 
 /// Share of an error that a reference may have itself before errors are of the reference.
 const REFERENCE_SHARE: f64 = 0.2;
@@ -51,30 +50,6 @@ pub struct SceneResult {
     pub sweeps: Vec<SweepResult>,
 }
 
-/// What a scene was compared with.
-#[derive(Serialize)]
-pub struct ReferenceResult {
-    pub file: String,
-    /// It has every pixel of this number, of every row of this number; 1: all.
-    pub stride: u32,
-    pub origin: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub checked: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<ReferenceNoise>,
-}
-
-/// An integrator with its settings.
-#[derive(Serialize)]
-pub struct CandidateResult {
-    pub label: String,
-    /// Of `render`.
-    pub flags: String,
-    pub summary: Summary,
-    /// Seed by seed.
-    pub runs: Vec<Vec<Checkpoint>>,
-}
-
 /// A setting with its values.
 #[derive(Serialize)]
 pub struct SweepResult {
@@ -83,13 +58,6 @@ pub struct SweepResult {
     pub values: Vec<CandidateResult>,
     /// Of each value its checkpoints on the front of all, `[seconds, MAPE]`.
     pub front: Vec<Vec<[f64; 2]>>,
-}
-
-/// What the tables are of.
-pub struct Ask<'a> {
-    pub target: f64,
-    pub times: &'a [f64],
-    pub equal_samples: u32,
 }
 
 /// Summarises the renders of a scene: `runs` by candidate and seed.
@@ -101,20 +69,7 @@ pub fn scene_result(
     ask: &Ask,
 ) -> SceneResult {
     let result = |index: usize, first: usize| {
-        let slices = |index: usize| runs[index].iter().map(Vec::as_slice).collect::<Vec<_>>();
-        CandidateResult {
-            label: lineup.all[index].label.clone(),
-            flags: lineup.all[index].flags(),
-            summary: summary(
-                &slices(index),
-                &slices(first),
-                reference.noise,
-                ask.target,
-                ask.times,
-                ask.equal_samples,
-            ),
-            runs: runs[index].clone(),
-        }
+        CandidateResult::new(&lineup.all[index], &runs[index], &runs[first], reference.noise, ask)
     };
     let place = |one: &Candidate| lineup.all.iter().position(|other| other.label == one.label);
     let sweep = |sweep: &Sweep| {
@@ -127,13 +82,7 @@ pub fn scene_result(
         name: bench_scene.name.clone(),
         hash: format!("{:016x}", bench_scene.hash),
         size: [bench_scene.options.view.width, bench_scene.options.view.height],
-        reference: ReferenceResult {
-            file: reference.path.display().to_string(),
-            stride: reference.stride(),
-            origin: reference.origin(),
-            checked: reference.checked().map(str::to_owned),
-            noise: reference.noise,
-        },
+        reference: reference.into(),
         integrators: (0..lineup.listed).map(|index| result(index, 0)).collect(),
         sweeps: lineup.sweeps.iter().map(sweep).collect(),
     }

@@ -1,8 +1,9 @@
 //! The plots of a page: error against time and samples of all integrators, and against time of each sweep.
 
 use super::plot::{Curve, Group, Line, Panel, Sheet};
-use super::results::{CandidateResult, SceneResult, SweepResult, Trade};
+use super::results::{SceneResult, SweepResult, Trade};
 use crate::bench::trade::{Checkpoint, Typical};
+use crate::cli::bench::runs::CandidateResult;
 
 const TIME: &str = "seconds, learning included";
 const SAMPLES: &str = "samples per pixel";

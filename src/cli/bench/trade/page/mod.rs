@@ -1,14 +1,13 @@
 //! The page: what a user wants to know first, how it was made last.
 
-mod format;
 mod sweeps;
 mod tables;
 
-use super::record::Drift;
-use super::results::{CandidateResult, SceneResult, Trade};
+use super::results::{SceneResult, Trade};
 use crate::bench::trade::Estimate;
+use crate::cli::bench::format::{level, percent, seconds, share, table};
+use crate::cli::bench::runs::{CandidateResult, Drift};
 use crate::cli::text::short;
-use format::{level, percent, seconds, share};
 
 /// The page as Markdown; `sheet` is the file of its plots, beside it.
 pub fn page(trade: &Trade, sheet: &str) -> String {
@@ -47,13 +46,7 @@ impl Page<'_> {
 
     /// A table; columns after the first `left` are numbers.
     fn table(&mut self, heads: &[String], left: usize, rows: &[Vec<String>]) {
-        self.say(&format!("| {} |", heads.join(" | ")));
-        let rule = |column: usize| if column < left { "---" } else { "--:" };
-        self.say(&format!("|{}|", (0..heads.len()).map(rule).collect::<Vec<_>>().join("|")));
-        for row in rows {
-            self.say(&format!("| {} |", row.join(" | ")));
-        }
-        self.say("");
+        self.say(&table(heads, left, rows));
     }
 
     /// Error after the times that are asked for, and the curves.

@@ -1,8 +1,9 @@
 //! What each value of a setting does to the error.
 
 use super::Page;
-use super::format::{level, met, seconds, share};
-use crate::cli::bench::trade::results::{CandidateResult, SceneResult, SweepResult};
+use crate::cli::bench::format::{level, met, seconds, share};
+use crate::cli::bench::runs::CandidateResult;
+use crate::cli::bench::trade::results::{SceneResult, SweepResult};
 use crate::cli::text::{ratio, short};
 use crate::math::statistics::geometric_mean;
 

@@ -1,10 +1,11 @@
 //! The page's tables with a row for each integrator of each scene.
 
 use super::Page;
-use super::format::{count, level, met, percent, seconds, share_spread, spread};
 use crate::bench::trade::{Checkpoint, ErrorCalibration, Estimate};
-use crate::cli::bench::trade::paper;
-use crate::cli::bench::trade::results::{CandidateResult, SceneResult};
+use crate::cli::bench::format::{count, level, met, percent, seconds, share_spread, spread};
+use crate::cli::bench::paper_figures as paper;
+use crate::cli::bench::runs::CandidateResult;
+use crate::cli::bench::trade::results::SceneResult;
 use crate::cli::text::{grouped, ratio, short};
 use crate::math::statistics::median;
 
@@ -61,7 +62,9 @@ impl Page<'_> {
             let target = |index: usize| &scene.integrators[index].summary.target;
             let ours = target(slow).seconds.value / target(fast).seconds.value;
             let ours = if ours.is_finite() && ours > 0.0 { short(ours) } else { "-".into() };
-            let [slow_iterations, fast_iterations] = theirs.iterations.map(|count| grouped(count.into()));
+            let [slow_iterations, fast_iterations] = ["lvcbpt", "spcbpt"].map(|method| {
+                theirs.reached(method).map_or("-".into(), |reached| grouped(reached.iterations.into()))
+            });
             rows.push(vec![
                 scene.name.clone(),
                 ours,

@@ -1,8 +1,16 @@
-//! Figures as the page's tables have them.
+//! Figures as the tables of pages have them, and the tables.
 
 use crate::bench::trade::Estimate;
-use crate::cli::bench::trade::results::CandidateResult;
+use crate::cli::bench::runs::CandidateResult;
 use crate::cli::text::{grouped, short};
+
+/// A table in Markdown; columns after the first `left` are numbers.
+pub fn table(heads: &[String], left: usize, rows: &[Vec<String>]) -> String {
+    let rule = |column: usize| if column < left { "---" } else { "--:" };
+    let rules: Vec<&str> = (0..heads.len()).map(rule).collect();
+    let rows: String = rows.iter().map(|row| format!("| {} |\n", row.join(" | "))).collect();
+    format!("| {} |\n|{}|\n{rows}", heads.join(" | "), rules.join("|"))
+}
 
 /// 0.05 is 5.00 %.
 pub fn percent(value: f64) -> String {

@@ -1,8 +1,8 @@
 //! The renders of one scene: those that are stored, and those that are still to be made.
 
-use super::TradeArgs;
-use super::lineup::Lineup;
-use super::record::{Record, Records};
+mod record;
+mod results;
+
 use crate::bench::key::{self, RunKey, Settings};
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Plan, measure};
@@ -18,21 +18,34 @@ use crate::math::fnv::fnv;
 use crate::render::{Prepared, RenderError, RenderOptions};
 use crate::training::When;
 
-/// The renders of a scene by all integrators.
+pub use record::{Drift, Record, Records};
+pub use results::{Ask, CandidateResult, ReferenceResult};
+
+/// A scene with its reference, to be rendered.
 pub struct SceneRenders<'a> {
-    pub args: &'a TradeArgs,
     pub context: &'a Context,
     pub bench_scene: BenchScene,
     pub reference: ReferenceFile,
-    pub plan: Plan,
     pub quiet: bool,
+}
+
+/// What is to be rendered of each scene: integrators, each by the same plan with the same number of seeds.
+pub struct Series<'a> {
+    pub candidates: &'a [Candidate],
+    pub plan: Plan,
+    /// How many, and the first of them.
+    pub seeds: u32,
+    pub first_seed: u32,
 }
 
 impl SceneRenders<'_> {
     /// The keys of each candidate's renders, seed by seed.
-    fn keys(&self, lineup: &Lineup) -> Result<Vec<Vec<RunKey>>, CliError> {
-        let seeds = self.args.seeds;
-        lineup.all.iter().map(|one| (0..seeds).map(|round| self.key(one, round)).collect()).collect()
+    fn keys(&self, series: &Series) -> Result<Vec<Vec<RunKey>>, CliError> {
+        let seed = |one: &Candidate, round: u32| seed_of(one, series.first_seed.wrapping_add(round));
+        let keys = |one: &Candidate| {
+            (0..series.seeds).map(|round| self.key(&series.plan, one, seed(one, round))).collect()
+        };
+        series.candidates.iter().map(keys).collect()
     }
 
     /// Those that are stored: their checkpoints, by candidate and seed.
@@ -41,11 +54,11 @@ impl SceneRenders<'_> {
     /// Settings that no key can be made of.
     pub fn stored<'r>(
         &self,
-        lineup: &Lineup,
+        series: &Series,
         records: &'r Records,
     ) -> Result<Vec<Vec<&'r [Checkpoint]>>, CliError> {
         let of = |key: &RunKey| records.find(key);
-        Ok(self.keys(lineup)?.iter().map(|keys| keys.iter().filter_map(of).collect()).collect())
+        Ok(self.keys(series)?.iter().map(|keys| keys.iter().filter_map(of).collect()).collect())
     }
 
     /// Renders what is not stored; false where Ctrl-C ended it.
@@ -54,13 +67,13 @@ impl SceneRenders<'_> {
     /// What rendering reports, a record that cannot be written.
     pub fn render_all(
         &self,
-        lineup: &Lineup,
+        series: &Series,
         records: &mut Records,
         probe: &mut Option<SpeedProbe>,
         mut denoiser: Option<&mut Denoiser>,
     ) -> Result<bool, CliError> {
-        let (count, seeds) = (lineup.all.len(), self.args.seeds);
-        let keys = self.keys(lineup)?;
+        let (count, seeds) = (series.candidates.len(), series.seeds);
+        let keys = self.keys(series)?;
         let is_there = |key: &&RunKey| records.find(key).is_some();
         let there = keys.iter().flatten().filter(is_there).count();
         let mut left = count * seeds as usize - there;
@@ -70,19 +83,21 @@ impl SceneRenders<'_> {
         for round in 0..seeds {
             for place in 0..count {
                 let index = if round.is_multiple_of(2) { place } else { count - 1 - place };
-                let (candidate, key) = (&lineup.all[index], &keys[index][round as usize]);
+                let (candidate, key) = (&series.candidates[index], &keys[index][round as usize]);
                 if records.find(key).is_some() {
                     continue;
                 }
                 if !self.quiet {
-                    let longest = self.args.longest.unwrap_or(self.args.time);
-                    let minutes = left as f64 * longest.as_secs_f64() / 60.0;
+                    let longest = series.plan.goal.map(|goal| goal.longest).or(series.plan.time);
+                    let at_most = longest.map_or(String::new(), |longest| {
+                        let minutes = left as f64 * longest.as_secs_f64() / 60.0;
+                        format!(", at most {} min and their compiling", short(minutes))
+                    });
                     eprintln!(
-                        "{}: seed {} of {seeds}, {}; {left} renders, at most {} min and their compiling",
+                        "{}: seed {} of {seeds}, {}; {left} renders{at_most}",
                         self.bench_scene.name,
                         round + 1,
                         candidate.label,
-                        short(minutes)
                     );
                 }
                 let probe = match probe.as_mut() {
@@ -90,7 +105,7 @@ impl SceneRenders<'_> {
                     None => probe.insert(SpeedProbe::new(self.context)?),
                 };
                 let denoiser = denoiser.as_deref_mut().filter(|_| candidate.denoise);
-                let Some(points) = self.render(candidate, key.seed, probe, denoiser)? else {
+                let Some(points) = self.render(candidate, &series.plan, key.seed, probe, denoiser)? else {
                     return Ok(false);
                 };
                 records.push(Record { key: key.clone(), checkpoints: points })?;
@@ -100,10 +115,11 @@ impl SceneRenders<'_> {
         Ok(true)
     }
 
-    fn key(&self, candidate: &Candidate, round: u32) -> Result<RunKey, CliError> {
-        // Renders of different integrators share no random numbers, so that their errors are independent.
-        let stream = fnv(candidate.label.as_bytes()) >> 33;
-        let seed = stream << 32 | u64::from(self.args.seed.wrapping_add(round));
+    /// What a render's figures depend on.
+    ///
+    /// # Errors
+    /// Settings that no key can be made of.
+    pub fn key(&self, plan: &Plan, candidate: &Candidate, seed: u64) -> Result<RunKey, CliError> {
         let options = candidate.options(&self.bench_scene, seed);
         Ok(RunKey {
             key_version: key::VERSION,
@@ -116,7 +132,7 @@ impl SceneRenders<'_> {
             camera: options.camera,
             integrator: candidate.label.clone(),
             seed,
-            settings: Settings::of(&options, &self.plan)?,
+            settings: Settings::of(&options, plan)?,
         })
     }
 
@@ -124,12 +140,12 @@ impl SceneRenders<'_> {
     fn render(
         &self,
         candidate: &Candidate,
+        plan: &Plan,
         seed: u64,
         probe: &mut SpeedProbe,
         denoiser: Option<&mut Denoiser>,
     ) -> Result<Option<Vec<Checkpoint>>, CliError> {
-        let options =
-            RenderOptions { budget: self.plan.budget(), ..candidate.options(&self.bench_scene, seed) };
+        let options = RenderOptions { budget: plan.budget(), ..candidate.options(&self.bench_scene, seed) };
         let mut prepared = Prepared::new(self.context, &self.bench_scene.scene, options)?;
         let mut clock = probe.clock()?;
         if prepared.learns() == Some(When::First) {
@@ -140,6 +156,12 @@ impl SceneRenders<'_> {
         }
         let mut renderer = prepared.renderer()?;
         let reference = self.reference.of_whole(&self.bench_scene);
-        Ok(measure(&mut renderer, &self.plan, &reference, &mut clock, denoiser, |_| interrupted())?)
+        Ok(measure(&mut renderer, plan, &reference, &mut clock, denoiser, |_| interrupted())?)
     }
+}
+
+/// Renders of different integrators share no random numbers, so that their errors are independent.
+pub fn seed_of(candidate: &Candidate, round: u32) -> u64 {
+    let stream = fnv(candidate.label.as_bytes()) >> 33;
+    stream << 32 | u64::from(round)
 }
