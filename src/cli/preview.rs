@@ -12,7 +12,7 @@ use super::args::{
 };
 use super::{CliError, Exit, progress, text};
 use crate::film::Exposure;
-use crate::integrator::{Descriptor, METHODS, View};
+use crate::integrator::{METHODS, View};
 use crate::preview::{self, Display, Settings};
 use crate::render::{Automatic, RenderOptions};
 use crate::scene::Scene;
