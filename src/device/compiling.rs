@@ -9,9 +9,7 @@ use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::context::Context;
-use super::kernels::compile;
-use super::pipelines::{Pipeline, PipelineKey};
-use super::shader::Stitched;
+use super::pipelines::{Compiling, Pipeline, Waiting};
 use crate::device::DeviceError;
 
 /// Bytes of each buffer that a kernel is bound to while it is compiled.
@@ -20,25 +18,6 @@ const BUFFER: u64 = 1 << 16;
 const PATIENCE: Duration = Duration::from_millis(200);
 /// More devices than this have too little to do each.
 const MOST_HELPERS: usize = 7;
-
-/// A pipeline that the driver has not compiled yet, and what it is made of.
-pub(super) struct Waiting {
-    pub name: String,
-    pub stitched: Stitched,
-    pub key: PipelineKey,
-    pub pipeline: Pipeline,
-}
-
-/// How far compiling is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compiling<'a> {
-    pub kernel: &'a str,
-    /// How many kernels are done, this one included, of those that wait.
-    pub done: usize,
-    pub of: usize,
-    /// What this one took.
-    pub seconds: f64,
-}
 
 /// Which kernels have been begun, and whether the first is done.
 struct Work<'a> {
@@ -122,10 +101,8 @@ impl Work<'_> {
         while let Some(index) = self.take() {
             let start = Instant::now();
             let one = &self.waiting[index];
-            let constants: Vec<(&str, f64)> =
-                one.key.1.iter().map(|(name, bits)| (name.as_str(), f64::from_bits(*bits))).collect();
-            let pipeline = compile(&helper, &one.name, &one.stitched, &constants)?;
-            dispatch_nothing(&helper, &one.name, &pipeline)?;
+            let compute = helper.create_pipeline(&one.name, &one.key.0, &one.constants)?;
+            dispatch_nothing(&helper, &one.name, &Pipeline { compute, ..one.pipeline.clone() })?;
             context.tell(self, &one.name, start.elapsed().as_secs_f64());
         }
         Ok(())
@@ -155,7 +132,7 @@ fn dispatch_nothing(context: &Context, name: &str, pipeline: &Pipeline) -> Resul
             mapped_at_creation: false,
         })
     };
-    let bound = pipeline.bind(context, name, |_| Ok(buffer()))?;
+    let bound = pipeline.bind(&context.device, name, |_| Ok(buffer()))?;
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline.compute);

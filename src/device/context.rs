@@ -6,9 +6,8 @@ use std::time::Duration;
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
-use super::compiling::Compiling;
 use super::host_memory::free_memory;
-use super::pipelines::Pipelines;
+use super::pipelines::{Compiling, Pipelines};
 use super::uuid::{is_uuid, uuid};
 use crate::device::DeviceError;
 
@@ -258,9 +257,40 @@ impl Context {
         Ok(())
     }
 
+    /// A pipeline of a shader's only entry point.
+    ///
+    /// # Errors
+    /// What the driver said.
+    pub(super) fn create_pipeline(
+        &self,
+        name: &str,
+        code: &str,
+        constants: &[(String, f64)],
+    ) -> Result<wgpu::ComputePipeline, DeviceError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.create_shader_module(name, code);
+        let constants: Vec<(&str, f64)> =
+            constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let compute = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: None,
+            module: &module,
+            entry_point: None,
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(DeviceError::Pipeline { kernel: name.into(), message: error.to_string() }),
+            None => Ok(compute),
+        }
+    }
+
     /// A module without the loop counters that naga would add to every loop: ours end by construction, and the
     /// counters cost time in the traversal. Bounds stay checked.
-    pub(super) fn create_shader_module(&self, label: &str, code: &str) -> wgpu::ShaderModule {
+    fn create_shader_module(&self, label: &str, code: &str) -> wgpu::ShaderModule {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(label),
             source: wgpu::ShaderSource::Wgsl(code.into()),

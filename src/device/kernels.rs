@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::buffer::BufferTable;
-use super::compiling::Waiting;
 use super::context::Context;
 use super::features::Features;
-use super::pipelines::Pipeline;
+use super::pipelines::{Pipeline, Waiting};
 use super::shader::{Stitched, stitch};
 use crate::device::DeviceError;
 
@@ -56,13 +55,8 @@ impl Kernel {
         let pipeline = match context.pipelines.get(&key) {
             Some(pipeline) => pipeline,
             None => {
-                let pipeline = compile(context, name, stitched, constants)?;
-                let made = Waiting {
-                    name: name.into(),
-                    stitched: stitched.clone(),
-                    key,
-                    pipeline: pipeline.clone(),
-                };
+                let (pipeline, constants) = create(context, name, stitched, constants)?;
+                let made = Waiting { name: name.into(), key, constants, pipeline: pipeline.clone() };
                 context.pipelines.keep(made, context.is_cpu());
                 pipeline
             }
@@ -81,7 +75,7 @@ impl Kernel {
     /// [`DeviceError::MissingBuffer`] when `buffers` lacks one; a lost device.
     pub fn bind(&self, context: &Context, buffers: &BufferTable) -> Result<Bound, DeviceError> {
         context.finish_compiling()?;
-        let groups = self.pipeline.bind(context, &self.name, |name| buffers.get(name).cloned())?;
+        let groups = self.pipeline.bind(&context.device, &self.name, |name| buffers.get(name).cloned())?;
         Ok(Bound {
             name: self.name.clone(),
             pipeline: self.pipeline.compute.clone(),
@@ -91,13 +85,13 @@ impl Kernel {
     }
 }
 
-/// Creates what the device does not have yet. Software drivers compile it later.
-pub(super) fn compile(
+/// Creates what the device does not have yet, and tells the constants that it declares. Software drivers compile it later.
+fn create(
     context: &Context,
     name: &str,
     stitched: &Stitched,
     constants: &[(&str, f64)],
-) -> Result<Pipeline, DeviceError> {
+) -> Result<(Pipeline, Vec<(String, f64)>), DeviceError> {
     let (module, info) = stitched.validate()?;
     let entry = module.entry_points.first().ok_or_else(|| DeviceError::Shader {
         location: format!("shaders/{name}.wgsl"),
@@ -116,26 +110,12 @@ pub(super) fn compile(
     // Constants a kernel does not declare are those of its siblings.
     let declared: BTreeSet<&str> =
         module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
-    let constants: Vec<(&str, f64)> =
-        constants.iter().copied().filter(|(name, _)| declared.contains(name)).collect();
-
-    let scope = context.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = context.create_shader_module(name, &stitched.code);
-    let compute = context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(name),
-        layout: None,
-        module: &module,
-        entry_point: Some(&entry.name),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            zero_initialize_workgroup_memory: false,
-        },
-        cache: None,
-    });
-    if let Some(error) = pollster::block_on(scope.pop()) {
-        return Err(DeviceError::Pipeline { kernel: name.into(), message: error.to_string() });
-    }
-    Ok(Pipeline { compute, slots, workgroup: entry.workgroup_size[0] })
+    let declares = |(name, _): &&(&str, f64)| declared.contains(name);
+    let constants: Vec<(String, f64)> =
+        constants.iter().filter(declares).map(|&(name, value)| (name.to_string(), value)).collect();
+    let compute = context.create_pipeline(name, &stitched.code, &constants)?;
+    let pipeline = Pipeline { compute, slots, workgroup: entry.workgroup_size[0] };
+    Ok((pipeline, constants))
 }
 
 impl Bound {

@@ -18,9 +18,9 @@ mod pipelines;
 mod probe;
 
 pub use buffer::BufferTable;
-pub use compiling::Compiling;
 pub use context::{Context, DeviceChoice};
 pub use error::DeviceError;
 pub use features::{Feature, Features};
 pub use kernels::{Bound, Kernel};
 pub use pages::{PagedBuffer, Pages};
+pub use pipelines::Compiling;

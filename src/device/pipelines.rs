@@ -3,8 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::compiling::Waiting;
-use super::context::Context;
 use crate::device::DeviceError;
 
 /// What a pipeline is made of: text of the shader, and its constants by name with the bits of their values.
@@ -27,7 +25,7 @@ impl Pipeline {
     /// Those of `buffer_of`.
     pub fn bind(
         &self,
-        context: &Context,
+        device: &wgpu::Device,
         label: &str,
         mut buffer_of: impl FnMut(&str) -> Result<wgpu::Buffer, DeviceError>,
     ) -> Result<Vec<(u32, wgpu::BindGroup)>, DeviceError> {
@@ -45,7 +43,7 @@ impl Pipeline {
                     resource: buffer.as_entire_binding(),
                 })
                 .collect();
-            let bind_group = context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(label),
                 layout: &self.compute.get_bind_group_layout(group),
                 entries: &entries,
@@ -54,6 +52,26 @@ impl Pipeline {
         }
         Ok(groups)
     }
+}
+
+/// A pipeline that the driver has not compiled yet, and what it is made of.
+pub struct Waiting {
+    pub name: String,
+    pub key: PipelineKey,
+    /// Those that the shader declares.
+    pub constants: Vec<(String, f64)>,
+    pub pipeline: Pipeline,
+}
+
+/// How far compiling is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compiling<'a> {
+    pub kernel: &'a str,
+    /// How many kernels are done, this one included, of those that wait.
+    pub done: usize,
+    pub of: usize,
+    /// What this one took.
+    pub seconds: f64,
 }
 
 /// The pipelines of one device; a clone is the same collection. They are kept as long as the device.
@@ -75,7 +93,7 @@ impl Pipelines {
 
     /// Keeps a pipeline for the next that asks. Creating takes time, so nothing is locked meanwhile: two threads may create
     /// the same one. `waits`: the driver compiles it later.
-    pub(super) fn keep(&self, made: Waiting, waits: bool) {
+    pub fn keep(&self, made: Waiting, waits: bool) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.all.insert(made.key.clone(), made.pipeline.clone());
         if waits {
@@ -84,7 +102,7 @@ impl Pipelines {
     }
 
     /// What the driver has to compile; from now on it is the caller's to see to.
-    pub(super) fn take_waiting(&self) -> Vec<Waiting> {
+    pub fn take_waiting(&self) -> Vec<Waiting> {
         std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).waiting)
     }
 }

@@ -174,23 +174,6 @@ fn by_records(given: &Given) -> PcBpt {
     }
 }
 
-impl Method {
-    /// The same with light paths connected to the camera as well; `None` where it has that already, or cannot, or is one of
-    /// few light paths, as of old.
-    pub fn with_light_tracing(self) -> Option<Self> {
-        match self {
-            Self::Bdpt(method) if !method.light_tracing => Some(Self::Bdpt(Bdpt { light_tracing: true })),
-            Self::LvcBpt(method) if !method.light_tracing => {
-                Some(Self::LvcBpt(LvcBpt { light_tracing: true, ..method }))
-            }
-            Self::SpcBpt(method) if !method.light_tracing => {
-                Some(Self::SpcBpt(SpcBpt { light_tracing: true, ..method }))
-            }
-            _ => None,
-        }
-    }
-}
-
 impl Descriptor {
     /// The method of that name.
     pub fn find(name: &str) -> Option<&'static Self> {

@@ -3,8 +3,8 @@
 use crate::device::Feature;
 use crate::subspace::Connections;
 
-use super::PcBpt;
 use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, PCBPT, RISBPT, SPCBPT};
+use super::{Bdpt, LvcBpt, PcBpt, SpcBpt};
 
 /// Where the light paths of an iteration come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +86,21 @@ impl Method {
     /// The name on the command line.
     pub fn name(&self) -> &'static str {
         self.descriptor().name
+    }
+
+    /// The same with light paths connected to the camera as well; `None` where it has that already, or cannot, or is one of
+    /// few light paths, as of old.
+    pub fn with_light_tracing(self) -> Option<Self> {
+        match self {
+            Self::Bdpt(method) => (!method.light_tracing).then_some(Self::Bdpt(Bdpt { light_tracing: true })),
+            Self::LvcBpt(method) => {
+                (!method.light_tracing).then_some(Self::LvcBpt(LvcBpt { light_tracing: true, ..method }))
+            }
+            Self::SpcBpt(method) => {
+                (!method.light_tracing).then_some(Self::SpcBpt(SpcBpt { light_tracing: true, ..method }))
+            }
+            Self::Path | Self::Light(_) | Self::PcBpt(_) | Self::RisBpt(_) => None,
+        }
     }
 
     /// What it comes down to.
