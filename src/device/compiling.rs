@@ -19,13 +19,12 @@ const PATIENCE: Duration = Duration::from_millis(200);
 /// More devices than this have too little to do each.
 const MOST_HELPERS: usize = 7;
 
-/// Which kernels have been begun, and whether the first is done.
+/// Kernels that wait: which have been begun, and which are compiled.
 struct Work<'a> {
     waiting: &'a [Waiting],
     next: AtomicUsize,
-    done: Mutex<usize>,
-    first: Mutex<bool>,
-    first_is_done: Condvar,
+    compiled: Mutex<BTreeSet<usize>>,
+    progress: Condvar,
 }
 
 impl Context {
@@ -35,89 +34,93 @@ impl Context {
     /// A lost device.
     pub(super) fn finish_compiling(&self) -> Result<(), DeviceError> {
         let mut waiting = self.pipelines.take_waiting();
+        if waiting.is_empty() {
+            return Ok(());
+        }
         // The text tells what is dear. Bytes, then names, so that the order is always the same.
         waiting.sort_by(|a, b| (b.key.0.len(), &a.name).cmp(&(a.key.0.len(), &b.name)));
         let work = Work {
             waiting: &waiting,
             next: AtomicUsize::new(0),
-            done: Mutex::new(0),
-            first: Mutex::new(false),
-            first_is_done: Condvar::new(),
+            compiled: Mutex::default(),
+            progress: Condvar::new(),
         };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let helpers = match keeps_compiled(&self.info.driver) {
-            true => (cores - 1).min(MOST_HELPERS).min(waiting.len().saturating_sub(1)),
-            false => 0,
-        };
-        let mut own = Ok(BTreeSet::new());
-        std::thread::scope(|scope| {
-            for _ in 0..helpers {
-                // What does not compile there is compiled here, and says why.
-                scope.spawn(|| work.wait_for_first() || work.help(self).is_err());
+        let helpers = (cores - 1).min(MOST_HELPERS).min(waiting.len() - 1);
+        let work = &work;
+        let own = std::thread::scope(|scope| {
+            if helpers > 0 {
+                scope.spawn(move || {
+                    if work.is_slow() && keeps_compiled(&self.info.driver) {
+                        // What does not compile there is compiled here, and says why.
+                        (0..helpers).for_each(|_| drop(scope.spawn(move || work.help(self))));
+                    }
+                });
             }
-            own = work.compile_all(self);
-            work.end_waiting();
-        });
-        let own = own?;
-        // What others compiled lies in the driver's cache.
-        let others = waiting.iter().enumerate().filter(|(index, _)| !own.contains(index));
-        others.into_iter().try_for_each(|(_, one)| dispatch_nothing(self, &one.name, &one.pipeline))
-    }
-
-    fn tell(&self, work: &Work, kernel: &str, seconds: f64) {
-        let mut done = work.done.lock().unwrap_or_else(PoisonError::into_inner);
-        *done += 1;
-        log::debug!("compiled {kernel}: {seconds:.2} s");
-        if let Some(told) = &self.told_of_compiling {
-            told(Compiling { kernel, done: *done, of: work.waiting.len(), seconds });
+            let own = work.compile(|one| dispatch_nothing(self, &one.name, &one.pipeline), self);
+            if own.is_err() {
+                // Nothing is left for others either.
+                work.next.store(waiting.len(), Ordering::Relaxed);
+            }
+            own
+        })?;
+        // What others compiled lies in the driver's cache; what they could not is left.
+        for (index, one) in waiting.iter().enumerate().filter(|(index, _)| !own.contains(index)) {
+            let start = Instant::now();
+            dispatch_nothing(self, &one.name, &one.pipeline)?;
+            work.tell(index, start.elapsed(), self);
         }
+        Ok(())
     }
 }
 
 impl Work<'_> {
-    fn take(&self) -> Option<usize> {
-        let index = self.next.fetch_add(1, Ordering::Relaxed);
-        (index < self.waiting.len()).then_some(index)
-    }
-
-    /// Compiles on the device that will run them; which ones.
-    fn compile_all(&self, context: &Context) -> Result<BTreeSet<usize>, DeviceError> {
+    /// Compiles one kernel after the other as long as any is left; which ones.
+    fn compile(
+        &self,
+        compile: impl Fn(&Waiting) -> Result<(), DeviceError>,
+        context: &Context,
+    ) -> Result<BTreeSet<usize>, DeviceError> {
         let mut own = BTreeSet::new();
-        while let Some(index) = self.take() {
+        loop {
+            let index = self.next.fetch_add(1, Ordering::Relaxed);
+            let Some(one) = self.waiting.get(index) else { return Ok(own) };
             let start = Instant::now();
-            let one = &self.waiting[index];
-            let compiled = dispatch_nothing(context, &one.name, &one.pipeline);
-            self.end_waiting();
-            compiled?;
-            context.tell(self, &one.name, start.elapsed().as_secs_f64());
+            compile(one)?;
+            self.tell(index, start.elapsed(), context);
             own.insert(index);
         }
-        Ok(own)
     }
 
     /// The same on another device.
-    fn help(&self, context: &Context) -> Result<(), DeviceError> {
+    fn help(&self, context: &Context) -> Result<BTreeSet<usize>, DeviceError> {
         let helper = context.sibling()?;
-        while let Some(index) = self.take() {
-            let start = Instant::now();
-            let one = &self.waiting[index];
+        let compile = |one: &Waiting| {
             let compute = helper.create_pipeline(&one.name, &one.key.0, &one.constants)?;
-            dispatch_nothing(&helper, &one.name, &Pipeline { compute, ..one.pipeline.clone() })?;
-            context.tell(self, &one.name, start.elapsed().as_secs_f64());
+            dispatch_nothing(&helper, &one.name, &Pipeline { compute, ..one.pipeline.clone() })
+        };
+        self.compile(compile, context)
+    }
+
+    /// Whether no kernel is compiled within [`PATIENCE`].
+    fn is_slow(&self) -> bool {
+        let compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.progress.wait_timeout_while(compiled, PATIENCE, |compiled| compiled.is_empty());
+        waited.unwrap_or_else(PoisonError::into_inner).0.is_empty()
+    }
+
+    /// A kernel is compiled, for the first time.
+    fn tell(&self, index: usize, taken: Duration, context: &Context) {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        if !compiled.insert(index) {
+            return;
         }
-        Ok(())
-    }
-
-    /// True where nothing is left to do.
-    fn wait_for_first(&self) -> bool {
-        let first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = self.first_is_done.wait_timeout_while(first, PATIENCE, |first| !*first);
-        *waited.unwrap_or_else(PoisonError::into_inner).0
-    }
-
-    fn end_waiting(&self) {
-        *self.first.lock().unwrap_or_else(PoisonError::into_inner) = true;
-        self.first_is_done.notify_all();
+        self.progress.notify_all();
+        let (kernel, seconds) = (&*self.waiting[index].name, taken.as_secs_f64());
+        log::debug!("compiled {kernel}: {seconds:.2} s");
+        if let Some(told) = &context.told_of_compiling {
+            told(Compiling { kernel, done: compiled.len(), of: self.waiting.len(), seconds });
+        }
     }
 }
 
