@@ -183,7 +183,7 @@ impl Prepared {
         options.budget.time = options.budget.time.map(|time| time.without(chosen.pilot));
         let mut prepared = Self::of(&uploaded, camera, options)?;
         prepared.report.caveats = caveats(scene, prepared.camera.is_parallel(), &chosen.method.plan());
-        prepared.report.choices = chosen.choices;
+        prepared.report.choices.extend(chosen.choices);
         Ok(prepared)
     }
 }

@@ -6,8 +6,8 @@ use halfway::film::Picture;
 use halfway::integrator::method::{Given, PATH, PCBPT, SPCBPT};
 use halfway::integrator::{Method, View};
 use halfway::render::{Automatic, Budget, Prepared, RenderOptions, TimeLimit, Uploaded, for_caustics};
-use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
+use halfway::scene::{Repeated, Scene};
 
 use crate::command::Case;
 use crate::gpu;
@@ -91,6 +91,22 @@ fn a_named_integrator_traces_light_where_caustics_may_be() {
     case.refuse("render DIR/a.glb -i lvcbpt --light-tracing --no-light-tracing", &["cannot be used with"]);
     let records = (PCBPT.make)(&Given::default());
     assert_eq!(for_caustics(&scene("spheres"), records).0, records, "its light paths are too few");
+}
+
+/// What was chosen for the scene is told beside what was chosen for the render.
+#[test]
+fn auto_tells_what_became_of_repeated_meshes() {
+    let mut scene = scene("cornell");
+    scene.repeated.push(Repeated {
+        mesh: "leaf".into(),
+        triangles: 10,
+        places: 20_000,
+        as_instances: false,
+        reason: "they emit".into(),
+    });
+    let prepared = Prepared::automatic(gpu::context(), &scene, options(SIZE, 1)).unwrap();
+    let told: Vec<&str> = prepared.report().choices.iter().map(|choice| &*choice.what).collect();
+    assert_eq!(told, ["mesh", "integrator"]);
 }
 
 /// The pilot leaves no trace in the picture.
