@@ -329,9 +329,9 @@ fn contents(scene: &Scene, accel: &Accel) {
 
 /// How meshes are held that are shown in many places.
 fn repeated(scene: &Scene) {
-    for Repeated { mesh, triangles, places, as_instances, reason } in &scene.repeated {
-        let held = if *as_instances { "instances" } else { "copies" };
-        println!("  mesh '{mesh}', {triangles} triangles in {places} places: {held}; {reason}");
+    for repeated in &scene.repeated {
+        let Repeated { mesh, triangles, places, reason, .. } = repeated;
+        println!("  mesh '{mesh}', {triangles} triangles in {places} places: {}; {reason}", repeated.held());
     }
 }
 

@@ -93,9 +93,12 @@ impl Uploaded {
 }
 
 fn held(repeated: &Repeated) -> Choice {
-    let Repeated { mesh, triangles, places, as_instances, reason } = repeated;
-    let value = if *as_instances { "instances" } else { "copies" };
-    Choice::new("mesh", value, format!("\"{mesh}\", {triangles} triangles in {places} places: {reason}"))
+    let Repeated { mesh, triangles, places, reason, .. } = repeated;
+    Choice::new(
+        "mesh",
+        repeated.held(),
+        format!("\"{mesh}\", {triangles} triangles in {places} places: {reason}"),
+    )
 }
 
 /// A scene on a device, with the settings of a render that has not begun.

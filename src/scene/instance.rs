@@ -40,6 +40,13 @@ pub struct Repeated {
     pub reason: String,
 }
 
+impl Repeated {
+    /// As what it is held, in a word.
+    pub fn held(&self) -> &'static str {
+        if self.as_instances { "instances" } else { "copies" }
+    }
+}
+
 /// Bytes that a copied triangle takes at the peak, and an instance; measured (docs/measurements.md).
 const COPY_BYTES: u64 = 310;
 const INSTANCE_BYTES: u64 = 640;
@@ -94,7 +101,27 @@ pub fn normal_matrix(linear: DMat3) -> DMat3 {
     DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign
 }
 
+/// A triangle as it is shown: turned over where that is a mirror image, so that its front stays its front.
+fn shown([a, b, c]: [u32; 3], is_mirrored: bool) -> [u32; 3] {
+    if is_mirrored { [a, c, b] } else { [a, b, c] }
+}
+
 impl Mesh {
+    /// Where it is shown: `None`, once, as it is.
+    pub fn shown_at(&self) -> impl Iterator<Item = Option<&Instance>> {
+        self.instances.iter().map(Some).chain(self.instances.is_empty().then_some(None))
+    }
+
+    /// The corners in the world of triangles that are shown at one of [its places](Self::shown_at).
+    pub fn corners_at(&self, instance: Option<&Instance>) -> impl Fn(&[u32; 3]) -> [DVec3; 3] {
+        let is_mirrored = instance.is_some_and(Instance::is_mirrored);
+        let at = move |vertex: u32| {
+            let position = self.positions[vertex as usize];
+            instance.map_or(position, |instance| instance.transform.transform_point3(position))
+        };
+        move |triangle| shown(*triangle, is_mirrored).map(at)
+    }
+
     /// How often it is shown.
     pub fn places(&self) -> usize {
         self.instances.len().max(1)
@@ -111,15 +138,9 @@ impl Mesh {
 
     /// The corners of its triangles in the world, with the triangles' indices: those of each instance in turn.
     pub fn world_corners(&self) -> impl Iterator<Item = (usize, [DVec3; 3])> {
-        let places = (0..self.places()).map(|place| self.instances.get(place));
-        places.flat_map(move |instance| {
-            let at = move |vertex: u32| {
-                let position = self.positions[vertex as usize];
-                instance.map_or(position, |instance| instance.transform.transform_point3(position))
-            };
-            let turned = instance.is_some_and(Instance::is_mirrored);
-            let front = move |[a, b, c]: [u32; 3]| if turned { [a, c, b] } else { [a, b, c] };
-            self.triangles.iter().enumerate().map(move |(index, triangle)| (index, front(*triangle).map(at)))
+        self.shown_at().flat_map(|instance| {
+            let corners = self.corners_at(instance);
+            self.triangles.iter().map(corners).enumerate()
         })
     }
 
@@ -140,7 +161,6 @@ impl Mesh {
             };
             tangents.iter().map(place).collect()
         });
-        let flip = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
         Self {
             name: name.to_string(),
             material: self.material,
@@ -149,7 +169,7 @@ impl Mesh {
             tangents,
             uvs: self.uvs.clone(),
             colors: self.colors.clone(),
-            triangles: self.triangles.iter().map(flip).collect(),
+            triangles: self.triangles.iter().map(|triangle| shown(*triangle, mirrored)).collect(),
             instances: Vec::new(),
         }
     }

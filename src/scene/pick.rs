@@ -16,20 +16,14 @@ impl Scene {
         let line = Line::new(origin, direction)?;
         let culled =
             |mesh: &Mesh| self.materials.get(mesh.material as usize).is_some_and(|material| material.culled);
-        let places = self.meshes.par_iter().flat_map_iter(|mesh| {
-            let instances = mesh.instances.iter().map(Some);
-            instances.chain(mesh.instances.is_empty().then_some(None)).map(move |instance| (mesh, instance))
-        });
+        let places = self
+            .meshes
+            .par_iter()
+            .flat_map_iter(|mesh| mesh.shown_at().map(move |instance| (mesh, instance)));
         let nearest = |mesh: &Mesh, instance: Option<&Instance>, triangles: &[[u32; 3]]| {
-            let place = |vertex: u32| {
-                let position = mesh.positions[vertex as usize];
-                instance.map_or(position, |instance| instance.transform.transform_point3(position))
-            };
-            let turned = instance.is_some_and(Instance::is_mirrored);
-            let front = |[a, b, c]: [u32; 3]| if turned { [a, c, b] } else { [a, b, c] };
             let distances = triangles
                 .iter()
-                .map(|triangle| front(*triangle).map(place))
+                .map(mesh.corners_at(instance))
                 .filter(|[a, b, c]| !culled(mesh) || (b - a).cross(c - a).dot(direction) <= 0.0)
                 .filter_map(|corners| line.distance(corners));
             distances.min_by(f64::total_cmp)
