@@ -193,12 +193,21 @@ impl Boxed {
     pub fn around(index: usize, low: Vec3, high: Vec3) -> Self {
         Self { low, high, index: index as u32 }
     }
-}
 
-/// Two triangles' boxes meet, each with its room.
-pub(super) fn meets(a: &AccelTriangle, b: &AccelTriangle, [room_a, room_b]: [Vec3; 2]) -> bool {
-    let (a, b) = (Boxed::new(0, a, room_a), Boxed::new(0, b, room_b));
-    a.low.cmple(b.high).all() && b.low.cmple(a.high).all()
+    /// The same box by another index.
+    pub fn numbered(self, index: usize) -> Self {
+        Self { index: index as u32, ..self }
+    }
+
+    /// The box around boxes; that of none meets none.
+    pub fn union(boxes: impl Iterator<Item = Self>) -> Self {
+        let none = Self::around(0, Vec3::MAX, Vec3::MIN);
+        boxes.fold(none, |all, one| Self { low: all.low.min(one.low), high: all.high.max(one.high), ..all })
+    }
+
+    pub fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
 }
 
 /// How far rounding may have moved a vertex, for each axis: of the file's numbers and of unit space, at both
@@ -266,7 +275,7 @@ fn pairs(boxes: &[Boxed], test: &impl Fn(u32, u32) -> bool) -> Vec<Overlap> {
     let mut overlaps = Vec::new();
     for (i, a) in boxes.iter().enumerate() {
         for b in &boxes[i + 1..] {
-            if a.low.cmple(b.high).all() && b.low.cmple(a.high).all() {
+            if a.meets(b) {
                 let (a, b) = (a.index.min(b.index), a.index.max(b.index));
                 if test(a, b) {
                     overlaps.push([a, b]);

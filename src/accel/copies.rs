@@ -11,9 +11,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use glam::{DAffine3, Vec3};
 use rayon::prelude::*;
 
-use super::coincident::{Boxed, may_share_plane, meets, pairs_among, rounding, share_plane};
+use super::coincident::{Boxed, may_share_plane, pairs_among, rounding, share_plane};
 use super::instances::SharedMesh;
-use super::thin::{THIN, flat_axis, is_thin, reach};
+use super::thin::{THIN, flat_axis, is_thin, nearly};
 use super::wide::{wide_instances, without_wide_triangles};
 use super::{AccelTriangle, UnitSpace, sorted, unit_space};
 use crate::scene::{Instance, Repeated, Scene};
@@ -86,37 +86,25 @@ fn touching(scene: &Scene) -> (Named, &'static str) {
         for (place, instance) in mesh.instances.iter().enumerate() {
             let (placed, aabb) = shared.place(instance, &unit);
             places.push((index, place));
-            boxes.push((Vec3::from(aabb.min), Vec3::from(aabb.max), THIN * placed.reach));
+            let around = THIN * placed.reach;
+            boxes.push(Boxed::around(0, Vec3::from(aabb.min) - around, Vec3::from(aabb.max) + around));
             let inverse = placed.inverse;
             let rows = inverse.x_axis.abs() + inverse.y_axis.abs() + inverse.z_axis.abs();
             room = room.max(rows * placed.reach);
         }
         within.insert(index, pairs_within(&shared, room));
     }
-    let (low, high) = boxes.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), (l, h, room)| {
-        (low.min(*l - *room), high.max(*h + *room))
-    });
-    let near = |triangle: &AccelTriangle| {
-        let [a, b, c] = triangle.vertices;
-        let room = THIN * reach(triangle);
-        (a.min(b).min(c) - room).cmple(high).all() && (a.max(b).max(c) + room).cmpge(low).all()
-    };
+    let all = Boxed::union(boxes.iter().copied());
+    let near = |triangle: &AccelTriangle| nearly(0, triangle).meets(&all);
     let once =
         (0..).zip(&scene.meshes).filter(|(_, mesh)| mesh.instances.is_empty()).flat_map(|(index, mesh)| {
             let in_unit = move |(triangle, corners)| sorted(index, triangle as u32, corners, &unit);
             mesh.world_corners().filter_map(in_unit).filter(near)
         });
     let once: Vec<AccelTriangle> = once.collect();
-    let mut all: Vec<Boxed> = (0..)
-        .zip(&once)
-        .map(|(index, triangle)| Boxed::new(index, triangle, Vec3::splat(THIN * reach(triangle))))
-        .collect();
-    let first = once.len();
-    all.extend(
-        (first..)
-            .zip(&boxes)
-            .map(|(index, &(low, high, room))| Boxed::around(index, low - room, high + room)),
-    );
+    // Instances are numbered after what is shown once.
+    let mut all: Vec<Boxed> = (0..).zip(&once).map(|(index, triangle)| nearly(index, triangle)).collect();
+    all.extend((once.len()..).zip(boxes).map(|(index, place)| place.numbered(index)));
     let things = Things { scene, unit, once, places };
     things.touching(all, &within)
 }
@@ -198,39 +186,26 @@ fn placed(scene: &Scene, mesh: usize, transform: &DAffine3, unit: &UnitSpace) ->
 fn touch(a: &AccelTriangle, b: &AccelTriangle) -> bool {
     let thin = || {
         let both = flat_axis(a).is_some() && flat_axis(b).is_some();
-        both && meets(a, b, [a, b].map(|t| Vec3::splat(THIN * reach(t)))) && is_thin(a, b)
+        both && nearly(0, a).meets(&nearly(0, b)) && is_thin(a, b)
     };
-    (meets(a, b, [rounding(a), rounding(b)]) && share_plane(a, b)) || thin()
+    let [box_a, box_b] = [a, b].map(|triangle| Boxed::new(0, triangle, rounding(triangle)));
+    (box_a.meets(&box_b) && share_plane(a, b)) || thin()
 }
 
 /// Whether any triangle of one list touches one of the other.
 fn any_touch(a: &[AccelTriangle], b: &[AccelTriangle]) -> bool {
-    let bounds = |triangles: &[AccelTriangle]| {
-        triangles.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), triangle| {
-            let [v0, v1, v2] = triangle.vertices;
-            let room = THIN * reach(triangle);
-            (low.min(v0.min(v1).min(v2) - room), high.max(v0.max(v1).max(v2) + room))
-        })
+    let around = |triangles: &[AccelTriangle]| Boxed::union(triangles.iter().map(|t| nearly(0, t)));
+    let [around_a, around_b] = [around(a), around(b)];
+    let within = |triangles: &[AccelTriangle], other: &Boxed| -> Vec<AccelTriangle> {
+        triangles.iter().filter(|triangle| nearly(0, triangle).meets(other)).copied().collect()
     };
-    let ((low_a, high_a), (low_b, high_b)) = (bounds(a), bounds(b));
-    let (low, high) = (low_a.max(low_b), high_a.min(high_b));
-    let inside = |triangles: &[AccelTriangle]| -> Vec<AccelTriangle> {
-        let meets = |triangle: &&AccelTriangle| {
-            let [v0, v1, v2] = triangle.vertices;
-            let room = THIN * reach(triangle);
-            (v0.min(v1).min(v2) - room).cmple(high).all() && (v0.max(v1).max(v2) + room).cmpge(low).all()
-        };
-        triangles.iter().filter(meets).copied().collect()
-    };
-    let (mut both, others) = (inside(a), inside(b));
+    let (mut both, others) = (within(a, &around_b), within(b, &around_a));
     let count = both.len() as u32;
     if count == 0 || others.is_empty() {
         return false;
     }
     both.extend(others);
-    let boxes = both.iter().enumerate();
-    let boxes =
-        boxes.map(|(index, triangle)| Boxed::new(index, triangle, Vec3::splat(THIN * reach(triangle))));
+    let boxes = both.iter().enumerate().map(|(index, triangle)| nearly(index, triangle));
     let found = AtomicBool::new(false);
     pairs_among(boxes.collect(), &|a: u32, b: u32| {
         let crosses = a < count && b >= count && !found.load(Ordering::Relaxed);

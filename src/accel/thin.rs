@@ -18,9 +18,14 @@ pub(super) fn has_thin_gaps(triangles: &[AccelTriangle]) -> bool {
         .iter()
         .enumerate()
         .filter(|(_, triangle)| flat_axis(triangle).is_some())
-        .map(|(index, triangle)| Boxed::new(index, triangle, glam::Vec3::splat(THIN * reach(triangle))))
+        .map(|(index, triangle)| nearly(index, triangle))
         .collect();
     !pairs_among(boxes, &|a, b| is_thin(&triangles[a as usize], &triangles[b as usize])).is_empty()
+}
+
+/// A triangle's box with room for what all but touches it.
+pub(super) fn nearly(index: usize, triangle: &AccelTriangle) -> Boxed {
+    Boxed::new(index, triangle, glam::Vec3::splat(THIN * reach(triangle)))
 }
 
 /// The axis along which all vertices have one coordinate.
@@ -29,7 +34,7 @@ pub(super) fn flat_axis(triangle: &AccelTriangle) -> Option<usize> {
     (0..3).find(|&axis| a[axis] == b[axis] && b[axis] == c[axis])
 }
 
-pub(super) fn reach(triangle: &AccelTriangle) -> f32 {
+fn reach(triangle: &AccelTriangle) -> f32 {
     let [a, b, c] = triangle.vertices.map(glam::Vec3::abs);
     a.max(b).max(c).max_element()
 }
