@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::CliError;
 use crate::cli::args::picture::PictureArgs;
-use crate::cli::args::{BackFaces, CameraNameArgs, SceneArgs, default_output};
+use crate::cli::args::{BackFaces, CameraNameArgs, InputError, SceneArgs, default_output};
 use crate::render::RenderOptions;
 use crate::scene::{Instancing, Scene};
 
@@ -41,6 +41,22 @@ pub struct BenchScene {
     pub scene: Scene,
     pub hash: u64,
     pub options: RenderOptions,
+}
+
+impl BenchScene {
+    /// Refuses a scene that has the name of one of the others.
+    ///
+    /// # Errors
+    /// It has.
+    pub fn check_name<'a>(&self, mut others: impl Iterator<Item = &'a Self>) -> Result<(), InputError> {
+        match others.any(|other| other.name == self.name) {
+            true => Err(InputError::Usage(format!(
+                "two scenes are called '{}'; rename one, tables could not tell them apart",
+                self.name
+            ))),
+            false => Ok(()),
+        }
+    }
 }
 
 impl SeenArgs {

@@ -13,8 +13,8 @@ use super::candidate::Candidate;
 use super::format::level;
 use super::paper_figures;
 use super::reference::{ReferenceArgs, ReferenceStore};
-use super::runs::{Ask, Drift, Records, SceneRenders, Series};
-use super::scene::SeenArgs;
+use super::runs::{Ask, Drift, Records, SceneRenders, Series, check_longest};
+use super::scene::{BenchScene, SeenArgs};
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Goal, Plan};
 use crate::cli::args::method::parse_record_share;
@@ -166,11 +166,10 @@ struct Rendered<'a> {
 
 impl<'a> Bench<'a> {
     fn series<'b>(&self, candidates: &'b [Candidate]) -> Series<'b> {
-        let longest = self.args.longest.filter(|longest| *longest > self.args.time);
         let plan = Plan {
             time: Some(self.args.time),
             equal_samples: EQUAL_SAMPLES,
-            goal: longest.map(|longest| Goal { error: TARGET, longest }),
+            goal: self.args.longest.map(|longest| Goal { error: TARGET, longest }),
             as_paper: true,
             ..Plan::default()
         };
@@ -189,8 +188,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Renders what is not there yet; `None` where Ctrl-C ended that.
-    fn render(&mut self, path: &Path) -> Result<Option<Rendered<'a>>, CliError> {
-        let bench_scene = self.args.seen.load(path)?;
+    fn render(&mut self, bench_scene: BenchScene) -> Result<Option<Rendered<'a>>, CliError> {
         let Some(reference) = self.store.reference(self.context, &bench_scene, self.quiet)? else {
             return Ok(None);
         };
@@ -237,6 +235,7 @@ impl<'a> Bench<'a> {
 /// Bad input, no device, files that cannot be written.
 pub fn run(args: &PaperArgs, quiet: bool) -> Result<Exit, CliError> {
     let lineup = Lineup::new(args)?;
+    check_longest(args.time, args.longest)?;
     let paths = match args.paths.is_empty() {
         true => paper_figures::scenes().map(|name| PathBuf::from(format!("scenes/{name}.glb"))).collect(),
         false => args.paths.clone(),
@@ -260,20 +259,9 @@ pub fn run(args: &PaperArgs, quiet: bool) -> Result<Exit, CliError> {
     };
     let mut rendered: Vec<Rendered> = Vec::new();
     for path in &paths {
-        let Some(scene) = bench.render(path)? else {
-            eprintln!(
-                "interrupted: {} renders are kept in {}; the same command goes on from there",
-                bench.records.len(),
-                file.display()
-            );
-            return Ok(Exit::Interrupted);
-        };
-        let name = &scene.renders.bench_scene.name;
-        if rendered.iter().any(|other| other.renders.bench_scene.name == *name) {
-            let usage =
-                format!("two scenes are called '{name}'; rename one, tables could not tell them apart");
-            return Err(InputError::Usage(usage).into());
-        }
+        let bench_scene = args.seen.load(path)?;
+        bench_scene.check_name(rendered.iter().map(|other| &other.renders.bench_scene))?;
+        let Some(scene) = bench.render(bench_scene)? else { return Ok(bench.records.interrupted()) };
         rendered.push(scene);
     }
     let mut scenes: Vec<SceneResult> =

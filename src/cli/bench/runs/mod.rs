@@ -3,10 +3,13 @@
 mod record;
 mod results;
 
+use std::time::Duration;
+
 use crate::bench::key::{self, RunKey, Settings};
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Plan, measure};
 use crate::cli::CliError;
+use crate::cli::args::InputError;
 use crate::cli::bench::candidate::Candidate;
 use crate::cli::bench::reference::ReferenceFile;
 use crate::cli::bench::scene::BenchScene;
@@ -36,6 +39,19 @@ pub struct Series<'a> {
     /// How many, and the first of them.
     pub seeds: u32,
     pub first_seed: u32,
+}
+
+/// Renders that go on to a goal may do so for longer than others, not for less.
+///
+/// # Errors
+/// `longest` is shorter than `time`.
+pub fn check_longest(time: Duration, longest: Option<Duration>) -> Result<(), InputError> {
+    match longest.is_some_and(|longest| longest < time) {
+        true => {
+            Err(InputError::Usage("--longest has to be at least --time; raise it, or leave it out".into()))
+        }
+        false => Ok(()),
+    }
 }
 
 impl SceneRenders<'_> {

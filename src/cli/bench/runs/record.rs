@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bench::key::RunKey;
 use crate::bench::trade::Checkpoint;
-use crate::cli::CliError;
+use crate::cli::{CliError, Exit};
 
 /// A render that was done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +51,16 @@ pub struct Records {
 }
 
 impl Records {
+    /// Tells that Ctrl-C ended the benchmark, and how it goes on.
+    pub fn interrupted(&self) -> Exit {
+        eprintln!(
+            "interrupted: {} renders are kept in {}; the same command goes on from there",
+            self.len(),
+            self.path.display()
+        );
+        Exit::Interrupted
+    }
+
     /// Reads the file, if there is one. A last line without its end, which a program that was stopped leaves, is taken
     /// out; lines that are not understood stay, and both are reported.
     ///

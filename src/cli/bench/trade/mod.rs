@@ -6,7 +6,7 @@ mod plot;
 mod results;
 mod sheet;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
@@ -15,7 +15,7 @@ use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Goal, Plan};
 use crate::cli::args::{InputError, parse_duration};
 use crate::cli::bench::reference::ReferenceArgs;
-use crate::cli::bench::runs::{Ask, Drift, Records, SceneRenders, Series};
+use crate::cli::bench::runs::{Ask, Drift, Records, SceneRenders, Series, check_longest};
 use crate::cli::bench::scene::BenchSceneArgs;
 use crate::cli::progress::install_interrupt;
 use crate::cli::text::{command_line, today};
@@ -106,12 +106,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
             InputError::Usage("--target takes a positive number, such as 0.12 for 12 %".into()).into()
         );
     }
-    if args.longest.is_some_and(|longest| longest < args.time) {
-        return Err(InputError::Usage(
-            "--longest has to be at least --time; raise it, or leave it out".into(),
-        )
-        .into());
-    }
+    check_longest(args.time, args.longest)?;
     let mut denoiser = lineup.all.iter().any(|one| one.denoise).then(Denoiser::open).transpose()?;
     let store = args.reference.store()?;
     let page = args.markdown.clone().unwrap_or(args.output.join("trade.md"));
@@ -135,19 +130,13 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let mut all: Vec<SceneRenders> = Vec::new();
     for path in &args.scenes.paths {
         let bench_scene = args.scenes.seen.load(path)?;
-        if all.iter().any(|renders| renders.bench_scene.name == bench_scene.name) {
-            return Err(InputError::Usage(format!(
-                "two scenes are called '{}'; rename one, tables could not tell them apart",
-                bench_scene.name
-            ))
-            .into());
-        }
+        bench_scene.check_name(all.iter().map(|other| &other.bench_scene))?;
         let Some(reference) = store.reference(&context, &bench_scene, quiet)? else {
-            return Ok(interrupted(&file, &records));
+            return Ok(records.interrupted());
         };
         let renders = SceneRenders { context: &context, bench_scene, reference, quiet };
         if !renders.render_all(&series, &mut records, &mut probe, denoiser.as_mut())? {
-            return Ok(interrupted(&file, &records));
+            return Ok(records.interrupted());
         }
         all.push(renders);
     }
@@ -197,13 +186,4 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
         return Ok(Exit::NonFinite);
     }
     Ok(Exit::Done)
-}
-
-fn interrupted(file: &Path, records: &Records) -> Exit {
-    eprintln!(
-        "interrupted: {} renders are kept in {}; the same command goes on from there",
-        records.len(),
-        file.display()
-    );
-    Exit::Interrupted
 }
