@@ -28,7 +28,7 @@ use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
 use crate::random::Stream;
 use crate::shots::{options, render};
-use crate::traversal::{self, Ray};
+use crate::traversal::{self, Ray, tracing};
 
 const LVCBPT: Method =
     Method::LvcBpt(LvcBpt { light_paths: Some(100), connections: Connections::even(2), light_tracing: true });
@@ -171,20 +171,7 @@ fn r13_turned_and_mirrored_instances_look_as_copies() {
 fn trace(scene: &Scene, accel: &Accel, rays: &[Ray], any: bool) -> Vec<Hit> {
     let context = gpu::context();
     let device = DeviceScene::new(context, scene, accel, SceneFeatures::of(scene)).expect("a device scene");
-    let text = format!(
-        "#import lib/traverse
-        struct TestRay {{ origin: vec3f, t_max: f32, direction: vec3f, pad: u32 }}
-        @group(1) @binding(0) var<storage, read> rays: array<TestRay>;
-        @group(1) @binding(1) var<storage, read_write> found: array<RayHit>;
-        @compute @workgroup_size(64)
-        fn main(@builtin(global_invocation_id) id: vec3u) {{
-            let index = id.x + id.y * 65535u * 64u;
-            if index < {}u {{
-                found[index] = trace(rays[index].origin, rays[index].direction, rays[index].t_max);
-            }}
-        }}",
-        rays.len()
-    );
+    let text = tracing(rays.len());
     let any = if any { &[Feature::AnyHit][..] } else { &[] };
     let stitched = stitch_text("test kernel", &text, device.kernel_features().with(any)).expect("directives");
     let kernel =

@@ -246,8 +246,8 @@ fn a_render_goes_on_to_its_goal() {
             .expect("a render")
             .expect("its end")
     };
-    // Long enough for a few checkpoints, however slow the device.
-    let mut time = Duration::from_millis(20);
+    // Long enough for a few checkpoints, however slow the device, and for others to take it away for a moment.
+    let mut time = Duration::from_millis(200);
     let first = loop {
         let points = run(time, None);
         if points.len() >= 4 {

@@ -41,9 +41,9 @@ pub fn device_triangle(vertices: [Vec3; 3], flipped: bool) -> layout::Triangle {
     layout::Triangle { v0, material_flags, v1, light: 0, v2, cover: 0 }
 }
 
-/// A kernel that traces each ray; `features` may hold `any_hit`.
-fn run(accel: &Accel, rays: &[Ray], features: &[Feature]) -> Vec<layout::Hit> {
-    let kernel = format!(
+/// The text of a kernel that traces so many rays.
+pub fn tracing(rays: usize) -> String {
+    format!(
         "#import lib/traverse
         struct TestRay {{ origin: vec3f, t_max: f32, direction: vec3f, pad: u32 }}
         @group(1) @binding(0) var<storage, read> rays: array<TestRay>;
@@ -51,12 +51,16 @@ fn run(accel: &Accel, rays: &[Ray], features: &[Feature]) -> Vec<layout::Hit> {
         @compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {{
             let index = id.x + id.y * 65535u * 64u;
-            if index < {}u {{
+            if index < {rays}u {{
                 found[index] = trace(rays[index].origin, rays[index].direction, rays[index].t_max);
             }}
-        }}",
-        rays.len()
-    );
+        }}"
+    )
+}
+
+/// A kernel that traces each ray; `features` may hold `any_hit`.
+fn run(accel: &Accel, rays: &[Ray], features: &[Feature]) -> Vec<layout::Hit> {
+    let kernel = tracing(rays.len());
     let mut features = features.to_vec();
     // The same rule as the renderer's, with the deep stack for any tree that the ordinary one may not hold.
     if accel.depth > 16 {
