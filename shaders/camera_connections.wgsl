@@ -37,9 +37,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var vertex = light_path_vertex(point, ray, sub_paths_in[index]);
     let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let throughput = ray.throughput * transmittance(medium, hit.t);
-    vertex.edge =
-        edge_towards(point, vertex, load_light_mis(index), view.direction, throughput) * scale_from_deep(0u);
-    let connection = connect_camera(point, vertex, view);
+    let mis = load_light_mis(index);
+    vertex.edge = edge_towards(point, vertex, mis, view.direction, throughput) * scale_from_deep(0u);
+    let connection = connect_camera(point, vertex, view, nominal_of(mis));
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium_to_camera = medium_towards(point, view.direction);
     let through = transmittance(medium_to_camera, view.distance);

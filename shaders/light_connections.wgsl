@@ -59,7 +59,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if depth + light_depth + 2u > batch.max_depth || !wanted || !any(light_vertex.weight != vec3f(0.0)) {
         return;
     }
+#if nominal
+    let eye_vertex =
+        seen_unguided(eye_path_vertex(eye_point, ray, sub_paths_in[index]), light_nominals[selection.vertex]);
+#else
     let eye_vertex = eye_path_vertex(eye_point, ray, sub_paths_in[index]);
+#endif
     let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye_vertex.world_from);
     let through = transmittance(medium, hit.t);
     let partials = absorb(load_eye_partials(index, depth), through);

@@ -84,7 +84,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         SubPath(emission.position, ratio / emission.pdf_light, emission.normal, emission.flags);
 #if subspaces
     let label = source_label(emission.light, emission.at);
-    light_mis_in[path] = light_mis_of_bounce(emission.weight, 0.0, false, label);
+    let nominal = emission.nominal_pick * emission.nominal_ray;
+    light_mis_in[path] = light_mis_of_bounce(emission.weight, 0.0, false, label, nominal);
 #else
     let label = 0u;
 #endif
@@ -103,6 +104,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             ratio,
             vec2u(light_path, label << 16u),
         );
+        keep_nominal(slot, emission.nominal_pick);
     }
 #endif
 #if light_only

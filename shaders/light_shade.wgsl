@@ -57,5 +57,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let pdf_back = bounce.pdf_back_solid * vertex.to_previous;
-    store_light_mis(slot, light_mis_of_bounce(throughput, pdf_back, is_delta, label));
+    let nominal = nominal_of(mis) * bounce.nominal;
+    store_light_mis(slot, light_mis_of_bounce(throughput, pdf_back, is_delta, label, nominal));
 }

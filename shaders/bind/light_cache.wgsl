@@ -130,6 +130,10 @@ fn arriving(vertex: LightVertex) -> f32 {
 /// Indices into the cache by path and number. The order in the cache itself changes from run to run.
 @group(3) @binding(3) var<storage, read_write> light_order: array<u32>;
 
+#if nominal
+/// Of each vertex of the cache: density of an unguided sub-path up to there over that of its own.
+@group(3) @binding(21) var<storage, read_write> light_nominals: array<f32>;
+#endif
 #if learns
 /// Of each vertex of the cache: density per area of the last but one before it, as the eye's side would sample it, coming
 /// from here.

@@ -59,6 +59,9 @@ struct Emission {
     at: vec2f,
     /// Density of the point per area (per solid angle of an environment; probability of a punctual light).
     pdf_light: f32,
+    /// Were nothing guided, the probability of the light over what it is, and the same of the ray's place or direction.
+    nominal_pick: f32,
+    nominal_ray: f32,
     /// Radiance, intensity or irradiance over that density.
     weight: vec3f,
     origin: vec3f,
@@ -88,6 +91,7 @@ fn emit_parallel(emission: ptr<function, Emission>, direction: vec3f, draw: Guid
     (*emission).direction = direction;
     (*emission).origin = disk.x * frame.tangent + disk.y * frame.bitangent - 2.0 * SCENE_RADIUS * direction;
     (*emission).pdf_solid = disk_pdf_area() * draw.density;
+    (*emission).nominal_ray = 1.0 / draw.density;
     (*emission).throughput = (*emission).weight / (*emission).pdf_solid;
     (*emission).flags = SUBPATH_INFINITE;
 }
@@ -105,6 +109,7 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
     let pdf_select = lights[index].pdf_select;
 #endif
     let light = lights[index];
+    emission.nominal_pick = light.pdf_select / pdf_select;
     emission.kind = light.kind;
     emission.index = light.index;
     emission.light = index;
@@ -123,6 +128,7 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             let draw = emission_draw(index, emission.at, u.xy);
             emission.direction = to_world(frame, sample_cosine_hemisphere(draw.square));
             emission.pdf_solid = emission_pdf_solid(point, emission.direction) * draw.density;
+            emission.nominal_ray = 1.0 / draw.density;
             emission.throughput = emission.weight * (PI * sides / draw.density);
 #if coincident
             emission.throughput *= uncovered(point, emission.direction);
@@ -163,6 +169,7 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
             let draw = emission_draw(index, vec2f(0.0), u.xy);
             emission.direction = to_world(frame, sample_uniform_cone(draw.square, punctual.cone));
             emission.pdf_solid = uniform_cone_pdf_solid(punctual.cone) * draw.density;
+            emission.nominal_ray = 1.0 / draw.density;
             let falloff = emission_falloff(punctual, emission.direction, is_spot);
             emission.throughput = emission.weight * (falloff / emission.pdf_solid);
             emission.origin = punctual.position;

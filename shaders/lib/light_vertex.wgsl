@@ -88,6 +88,13 @@ fn is_kept(is_delta: bool) -> bool {
 fn keep_pdf_back(slot: u32, mis: LightMis) {}
 #endif
 
+/// Only connections to the camera look at it.
+fn keep_nominal(slot: u32, nominal: f32) {
+#if nominal
+    light_nominals[slot] = nominal;
+#endif
+}
+
 /// Puts a point on a surface into the cache, where light of `weight` arrives on a ray with `mis`.
 fn cache_surface_vertex(
     path: u32, point: SurfacePoint, surface: Surface, vertex: PathVertex, weight: vec3f, depth: u32, label: u32,
@@ -103,5 +110,6 @@ fn cache_surface_vertex(
         light_vertices[slot] =
             cached_with_edge(surface_vertex(point, surface, vertex, weight, depth, place), mis);
         keep_pdf_back(slot, mis);
+        keep_nominal(slot, nominal_of(mis));
     }
 }

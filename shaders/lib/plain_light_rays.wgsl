@@ -30,8 +30,12 @@ fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32
 }
 #endif
 
-fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32) -> LightMis {
+fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
     return 0u;
+}
+
+fn nominal_of(mis: LightMis) -> f32 {
+    return 1.0;
 }
 
 fn store_light_mis(slot: u32, mis: LightMis) {}

@@ -129,13 +129,14 @@ struct CameraConnection {
     weight: f32,
 }
 
-fn connect_camera(point: SurfacePoint, vertex: PathVertex, view: CameraView) -> CameraConnection {
+/// `nominal`: density of an unguided light path over that of this one.
+fn connect_camera(point: SurfacePoint, vertex: PathVertex, view: CameraView, nominal: f32) -> CameraConnection {
     let surface = point_surface(point);
     let value = shading_evaluate(surface, point_frame(point), vertex.world_from, view.direction, false);
     let pdf_eye = abs(dot(view.direction, point.world_ng)) * view.pdf_area;
     let step = vertex_step(vertex, value.pdf_back_solid * survival(surface), false);
     return CameraConnection(
         value.f * (pdf_eye / f32(batch.light_path_count)),
-        connection_weight(batch.camera_paths, 0.0, 0.0, step, pdf_eye),
+        connection_weight(batch.camera_paths * nominal, 0.0, 0.0, step, pdf_eye),
     );
 }

@@ -108,6 +108,8 @@ struct Bounce {
     weight: vec3f,
     /// Density towards the vertex before, as the other side would sample it, per solid angle, roulette included.
     pdf_back_solid: f32,
+    /// Density of the direction, were it not guided, over its density.
+    nominal: f32,
     next: SubPath,
 }
 
@@ -168,6 +170,7 @@ fn sample_bounce(
     var weight = sample.weight;
     var pdf_solid = sample.pdf_solid;
     var pdf_back_solid = 0.0;
+    bounce.nominal = 1.0;
     if is_delta {
         pdf_back_solid = sample.pdf_solid * delta_measure(surface, frame, vertex.world_from);
         pdf_solid *= delta_measure(surface, frame, sample.w);
@@ -180,6 +183,9 @@ fn sample_bounce(
         if pdf_solid == 0.0 {
             return bounce;
         }
+#if light_guide
+        bounce.nominal = value.pdf_solid / pdf_solid;
+#endif
         weight = value.f * (abs(dot(sample.w, point.world_ng)) / pdf_solid);
         pdf_back_solid = value.pdf_back_solid;
     }

@@ -152,9 +152,23 @@ fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32
 #endif
 
 /// Of the ray that leaves a light vertex of a light subspace, on which light of `throughput` arrived.
-fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32) -> LightMis {
+fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
     let weight = select(throughput, vec3f(0.0), is_delta);
-    return LightMis(magnitude(weight) * inv_q[label], pdf_back, 0u, label);
+    return LightMis(magnitude(weight) * inv_q[label], pdf_back, nominal, label);
+}
+
+/// Density of an unguided light sub-path over that of the one whose ray this is.
+fn nominal_of(mis: LightMis) -> f32 {
+    return mis.nominal;
+}
+
+/// An eye vertex as weights of its connection to a light vertex know it: all that `ratio` and `edge` hold is the strategy that
+/// connects to the camera, which is weighed by the densities of unguided light paths.
+fn seen_unguided(vertex: PathVertex, nominal: f32) -> PathVertex {
+    var seen = vertex;
+    seen.ratio *= nominal;
+    seen.edge *= nominal;
+    return seen;
 }
 
 /// Of the ray in a slot of the queue.

@@ -108,6 +108,7 @@ features! {
         LightCache light_cache, [], "light paths leave their vertices in the cache";
         LightOnly light_only, [], "there are no eye paths: lights themselves are connected to the camera";
         LightGuide light_guide, [Subspaces], "light paths go where their light is wanted";
+        Nominal nominal, [Subspaces], "weights of connections to the camera take guided light paths for unguided";
         Transparent transparent, [], "the camera sees nothing where it would see the environment";
         ThroughMirrors through_mirrors, [], "layers show what is seen in mirrors and through smooth glass";
         Records records, [], "connections are drawn by the tables of the nearest records";

@@ -226,7 +226,8 @@ device_struct! {
         pub w_over_q: f32,
         /// Density per area of the vertex before it, as the eye's side would sample it.
         pub pdf_back: f32,
-        pub pad: u32,
+        /// Density of an unguided sub-path up to where the ray arrives, over that of this one; 1 without `nominal`.
+        pub nominal: f32,
         /// Light subspace of the vertex.
         pub label: u32,
     }

@@ -82,8 +82,10 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     }
     let light = form.with(&light_features(plan));
     kernels.extend([("light_rays", light), ("light_shade", light)]);
-    if form.contains(Feature::Subspaces) && !plan.to_camera {
-        let guided = light.with(&[Feature::LightGuide]);
+    let nominal = nominal_features(plan);
+    let guided = form.contains(Feature::Subspaces);
+    if guided {
+        let guided = light.with(&[Feature::LightGuide]).with(nominal);
         kernels.extend([("light_rays", guided), ("light_shade", guided)]);
     }
     if form.contains(Feature::Alpha) {
@@ -98,6 +100,9 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     if let Some(selector) = plan.selector {
         let connections = form.with(selector.features());
         kernels.extend([("light_scan", form), ("light_order", form), ("light_connections", connections)]);
+        if guided && plan.to_camera {
+            kernels.push(("light_connections", connections.with(nominal)));
+        }
     }
     if form.contains(Feature::Subspaces) {
         let sort = ["eye_labels", "bucket_counts", "bucket_scan", "bucket_order", "bucket_tables"];
@@ -113,6 +118,11 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
         kernels.extend([("light_samples", form), ("training_shade", form)]);
     }
     kernels
+}
+
+/// What kernels have beside it where light paths are guided.
+pub(crate) fn nominal_features(plan: &Plan) -> &'static [Feature] {
+    if plan.to_camera { &[Feature::Nominal] } else { &[] }
 }
 
 /// What the kernels of light paths have beside their form.

@@ -74,6 +74,24 @@ fn step_along(point: SurfacePoint, vertex: PathVertex, direction: vec3f, from_ey
     );
 }
 
+/// How much denser light paths are at x_i than unguided ones, for this choice alone: from a fifth to five times.
+fn guided_by(path: u32, i: u32) -> f32 {
+#if nominal
+    return exp2(4.6 * fract(0.6180339887 * f32(path % 4096u) + 0.7548776662 * f32(i)) - 2.3);
+#else
+    return 1.0;
+#endif
+}
+
+/// An eye vertex, for a connection to x_i.
+fn seen_from(vertex: PathVertex, nominal: f32) -> PathVertex {
+#if nominal
+    return seen_unguided(vertex, nominal);
+#else
+    return vertex;
+#endif
+}
+
 fn point_at(path: u32, i: u32) -> SurfacePoint {
     let vertex = frozen[path].vertices[i - 1u];
     return surface_point(vertex.x, bitcast<f32>(vertex.y), bitcast<f32>(vertex.z));
@@ -120,6 +138,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     // From the light: vertices x_n .. x_1.
     var light_side: array<LightVertex, 9>;
+    var nominals: array<f32, 9>;
     let infinite = kind == LIGHT_ENVIRONMENT || kind == LIGHT_DIRECTIONAL;
     let is_triangle = kind == LIGHT_TRIANGLE;
     let ratio = select(0.0, batch.hit_scale, is_triangle || kind == LIGHT_ENVIRONMENT);
@@ -166,14 +185,19 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         carried = emission_falloff(punctual, -towards_light, kind == LIGHT_SPOT) / pdf_solid;
     }
 #endif
+    // The light itself is picked so much more often, and its ray goes so much more often where it goes.
+    pdf_light *= guided_by(path, n);
+    pdf_solid *= guided_by(path, n - 1u);
+    nominals[n] = 1.0 / guided_by(path, n);
     let weight = emitted / pdf_light;
-    var throughput = weight * carried;
+    var throughput = weight * (carried / guided_by(path, n - 1u));
     let index = select(lights[light].index, frozen[path].vertices[n - 1u].x, is_triangle);
     var label = 0u;
 #if subspaces
     label = source_label(light, at);
 #endif
-    var mis = light_mis_of_bounce(weight, 0.0, false, label);
+    var nominal = nominals[n] / guided_by(path, n - 1u);
+    var mis = light_mis_of_bounce(weight, 0.0, false, label, nominal);
     let place = vec2u(0u, label << 16u);
     light_side[n] = source_vertex(kind, index, at, towards_light, weight, pdf_light, ratio, place);
     var medium = 0u;
@@ -196,20 +220,24 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let surface = point_surface(point);
         let cached = surface_vertex(point, surface, vertex, throughput, n - i, vec2u(0u, label << 16u));
         light_side[i] = cached_with_edge(cached, mis);
+        nominals[i] = nominal_of(mis);
         if i == 1u {
             if batch.camera_paths > 0.0 && !is_delta(point) {
                 var seen = vertex;
                 seen.edge *= scale_from_deep(0u);
-                weights[first + 1u] = connect_camera(point, seen, camera_view(point.position)).weight;
+                weights[first + 1u] = connect_camera(point, seen, camera_view(point.position), nominals[i]).weight;
             }
         } else {
             direction = -direction_from(path, i - 1u);
             let step = step_along(point, vertex, direction, false);
-            pdf_solid = step.pdf_solid;
+            // No guide draws a mirror's direction.
+            let guided = select(guided_by(path, i - 1u), 1.0, is_delta(point));
+            pdf_solid = step.pdf_solid * guided;
             previous = step.next;
             medium = medium_towards(point, direction);
-            mis = light_mis_of_bounce(throughput, 0.0, is_delta(point), label);
-            throughput *= step.weight;
+            nominal = nominal_of(mis) / guided;
+            mis = light_mis_of_bounce(throughput, 0.0, is_delta(point), label, nominal);
+            throughput *= step.weight / guided;
         }
     }
 
@@ -247,7 +275,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 connects = !is_delta(point_at(path, i + 1u));
             }
             if connects {
-                weights[first + i + 1u] = connect(point, vertex, partials, light_side[i + 1u]).weight;
+                weights[first + i + 1u] = connect(
+                    point, seen_from(vertex, nominals[i + 1u]), partials, light_side[i + 1u],
+                ).weight;
             }
         }
         direction = direction_from(path, i);

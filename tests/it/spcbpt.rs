@@ -247,7 +247,7 @@ fn rounds_end_for_a_reason() {
 #[test]
 fn c09_spcbpt_with_nonsense_agrees_with_path() {
     let mut random = Stream::new(9);
-    // Light paths that reach the camera are not guided.
+    // Light paths are guided, those that reach the camera too.
     for (name, light_tracing) in [("three-lights", true), ("three-lights", false), ("bumpy-plane", false)] {
         let scene = builtin(name).expect("a built-in scene");
         let model = trained(&scene);

@@ -3,7 +3,7 @@
 use super::Bidirectional;
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
 use crate::integrator::Plan;
-use crate::integrator::kernels::light_features;
+use crate::integrator::kernels::{light_features, nominal_features};
 use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront};
 
 /// Compiled once.
@@ -71,8 +71,10 @@ impl LightKernels {
         guide: bool,
     ) -> Result<Self, DeviceError> {
         let features = light_features(plan);
+        let nominal = if guide { nominal_features(plan) } else { &[] };
         let mut guided = features.clone();
         guided.extend(guide.then_some(Feature::LightGuide));
+        guided.extend(nominal);
         let closest_hit = match wavefront.has_alpha() {
             true => Some(wavefront.compile(context, "closest_hit", &features)?),
             false => None,
@@ -96,7 +98,7 @@ impl LightKernels {
             Some(selector) => Some(CacheKernels {
                 scan: wavefront.compile(context, "light_scan", &[])?,
                 order: wavefront.compile(context, "light_order", &[])?,
-                connections: wavefront.compile(context, "light_connections", selector.features())?,
+                connections: wavefront.compile(context, "light_connections", &[selector.features(), nominal].concat())?,
             }),
         };
         Ok(Self {

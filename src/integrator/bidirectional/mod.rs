@@ -110,7 +110,7 @@ impl Bidirectional {
         let mut wavefront = Wavefront::new(context, scene, camera, settings, form)?;
         let lights = wavefront.has_lights();
         let subspaces = match model {
-            Some(model) => Some(Subspaces::new(context, &mut wavefront, model, !plan.to_camera)?),
+            Some(model) => Some(Subspaces::new(context, &mut wavefront, model)?),
             None => None,
         };
         let records = match plan.record_share().filter(|_| lights) {
@@ -227,7 +227,10 @@ impl Bidirectional {
             if self.wavefront.learns() {
                 self.wavefront.buffers.create(context, "light_backs", vertices * 4)?;
             }
-            if self.subspaces.is_some() {
+            if let Some(subspaces) = &self.subspaces {
+                if subspaces.guided && self.plan.to_camera {
+                    self.wavefront.buffers.create(context, "light_nominals", vertices * 4)?;
+                }
                 Subspaces::make_room(context, &mut self.wavefront, vertices)?;
             }
             self.capacity = vertices as u32;

@@ -26,8 +26,8 @@ pub(super) struct Subspaces {
 }
 
 impl Subspaces {
-    /// Uploads the model and compiles. `may_guide`: weights do not ask where light paths go. They are guided then by this
-    /// and by all later models that know how, if this one does.
+    /// Uploads the model and compiles. Light paths are guided by this and by all later models that know how, if this one
+    /// does.
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
@@ -35,13 +35,12 @@ impl Subspaces {
         context: &Context,
         wavefront: &mut Wavefront,
         model: &Model,
-        may_guide: bool,
     ) -> Result<Self, DeviceError> {
         let mut compile = |name: &str| wavefront.compile(context, name, &[]);
         let subspaces = Self {
             labels: None,
             sort: Vec::new(),
-            guided: may_guide && model.guide.is_some(),
+            guided: model.guide.is_some(),
             label_kernel: compile("eye_labels")?,
             counts: compile("bucket_counts")?,
             scan: compile("bucket_scan")?,
