@@ -1,6 +1,4 @@
-#if thin_gaps
 #import lib/math
-#endif
 
 // Ray against triangle and against the boxes of a wide node.
 
@@ -55,7 +53,7 @@ fn intersect_triangle(ray: ShearedRay, v0: vec3f, v1: vec3f, v2: vec3f, t_max: f
     let w0 = p1.x * p2.y - p1.y * p2.x;
     let w1 = -(p0.x * p2.y - p0.y * p2.x);
     let determinant = w0 + w1 + w2;
-    let inside = (min(w0, min(w1, w2)) >= 0.0) || (max(w0, max(w1, w2)) <= 0.0);
+    let inside = all(vec3f(w0, w1, w2) >= vec3f(0.0)) || all(vec3f(w0, w1, w2) <= vec3f(0.0));
     let inv_determinant = 1.0 / determinant;
 #if thin_gaps
     let e1 = rotate_axis(v1 - v0, ray.axis);
@@ -72,9 +70,9 @@ fn intersect_triangle(ray: ShearedRay, v0: vec3f, v1: vec3f, v2: vec3f, t_max: f
 #else
     let scaled_t = w0 * r0.z + w1 * r1.z + w2 * r2.z;
     let t = scaled_t * ray.shear.z * inv_determinant;
-    let extent = max(abs(p0), max(abs(p1), abs(p2)));
-    let width = max(extent.x, extent.y);
-    let depth = max(r0.z, max(r1.z, r2.z)) - min(r0.z, min(r1.z, r2.z));
+    let extent = larger4(abs(vec4f(p0, p1)), abs(vec4f(p2, p2)));
+    let width = larger(larger(extent.x, extent.z), larger(extent.y, extent.w));
+    let depth = larger(r0.z, larger(r1.z, r2.z)) - smaller(r0.z, smaller(r1.z, r2.z));
     let rounding = 0x1p-22 * width * (width + depth) * depth;
 #endif
     let hit = inside && determinant != 0.0 && abs(scaled_t) > rounding && t > 0.0 && t < t_max;

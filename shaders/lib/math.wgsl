@@ -8,6 +8,43 @@ const INV_FOUR_PI: f32 = 0.0795774715459477;
 /// Largest finite number; stands for "no limit" where WGSL has no infinity to write down.
 const MAX_FLOAT: f32 = 0x1.fffffep+127;
 
+#if software
+// Software drivers make three instructions of WGSL's min and max, for the sake of NaN.
+
+fn smaller(a: f32, b: f32) -> f32 {
+    return select(b, a, a < b);
+}
+
+fn larger(a: f32, b: f32) -> f32 {
+    return select(b, a, a > b);
+}
+
+fn smaller4(a: vec4f, b: vec4f) -> vec4f {
+    return select(b, a, a < b);
+}
+
+fn larger4(a: vec4f, b: vec4f) -> vec4f {
+    return select(b, a, a > b);
+}
+#else
+/// Of numbers, as the three below.
+fn smaller(a: f32, b: f32) -> f32 {
+    return min(a, b);
+}
+
+fn larger(a: f32, b: f32) -> f32 {
+    return max(a, b);
+}
+
+fn smaller4(a: vec4f, b: vec4f) -> vec4f {
+    return min(a, b);
+}
+
+fn larger4(a: vec4f, b: vec4f) -> vec4f {
+    return max(a, b);
+}
+#endif
+
 /// True unless x is an infinity or a NaN. A test of bits: comparisons may be folded under WGSL's rules.
 fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;

@@ -1,6 +1,6 @@
 // Sums over a workgroup.
 
-#if one_lane
+#if software
 // A software device runs a workgroup's invocations one after the other, and changes between them at every barrier.
 const SCAN_THREADS: u32 = 1u;
 #else

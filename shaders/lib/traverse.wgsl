@@ -1,5 +1,6 @@
 #import bind/accel
 #import lib/intersect
+#import lib/math
 #if coincident
 #if !any_hit
 #import lib/coincident
@@ -60,12 +61,13 @@ fn bytes(word: u32) -> vec4f {
     return vec4f(unpack4xU8(word));
 }
 
-/// The bits of four children that the ray enters before `t_max`.
+/// The bits of four children that the ray enters before `t_max`; `octant` in every byte. The byte of a child in `meta4`: its
+/// number of triangles in unary, 3 bits, and where they begin, 5 bits of less than 24; or 001, 11 and the slot of an inner one.
 fn children4(meta4: u32, octant: u32, near: vec4f, far: vec4f) -> u32 {
-    let info = unpack4xU8(meta4);
-    let inner = (info & vec4u(0x18u)) == vec4u(0x18u);
-    let bit = (info ^ select(vec4u(0u), vec4u(octant), inner)) & vec4u(0x1fu);
-    let bits = select(vec4u(0u), (info >> vec4u(5u)) << bit, near <= far);
+    let is_inner = meta4 & (meta4 << 1u) & 0x10101010u;
+    let bit = unpack4xU8((meta4 ^ (octant & ((is_inner >> 4u) * 7u))) & 0x1f1f1f1fu);
+    let info = unpack4xU8((meta4 >> 5u) & 0x07070707u);
+    let bits = select(vec4u(0u), info << bit, near <= far);
     return (bits.x | bits.y) | (bits.z | bits.w);
 }
 
@@ -92,6 +94,7 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
     let x = select(words.n2, words.n2.zwxy, ray.negative.x);
     let y = select(words.n3, words.n3.zwxy, ray.negative.y);
     let z = select(words.n4, words.n4.zwxy, ray.negative.z);
+    let octant = ray.octant * 0x01010101u;
     var hits = 0u;
     {
         let near_x = bytes(x.x) * scale.x + start_near.x;
@@ -100,9 +103,9 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
         let far_x = bytes(x.z) * scale.x + start_far.x;
         let far_y = bytes(y.z) * scale.y + start_far.y;
         let far_z = bytes(z.z) * scale.z + start_far.z;
-        let near = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
-        let far = min(min(far_x, far_y), min(far_z, vec4f(t_max)));
-        hits |= children4(n1.z, ray.octant, near, far);
+        let near = larger4(larger4(near_x, near_y), larger4(near_z, vec4f(0.0)));
+        let far = smaller4(smaller4(far_x, far_y), smaller4(far_z, vec4f(t_max)));
+        hits |= children4(n1.z, octant, near, far);
     }
     {
         let near_x = bytes(x.y) * scale.x + start_near.x;
@@ -111,9 +114,9 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
         let far_x = bytes(x.w) * scale.x + start_far.x;
         let far_y = bytes(y.w) * scale.y + start_far.y;
         let far_z = bytes(z.w) * scale.z + start_far.z;
-        let near = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
-        let far = min(min(far_x, far_y), min(far_z, vec4f(t_max)));
-        hits |= children4(n1.w, ray.octant, near, far);
+        let near = larger4(larger4(near_x, near_y), larger4(near_z, vec4f(0.0)));
+        let far = smaller4(smaller4(far_x, far_y), smaller4(far_z, vec4f(t_max)));
+        hits |= children4(n1.w, octant, near, far);
     }
     // child base, triangle base, inner children with the mask of all inner ones, triangles
     return vec4u(n1.x, n1.y, (hits & 0xff000000u) | (n0.w >> 24u), hits & 0x00ffffffu);
@@ -169,26 +172,32 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
         let found = intersect_node(child, ray, hit.t);
         group = found.xz;
         var pending = found.w;
-        while pending != 0u {
-            let bit = firstLeadingBit(pending);
-            pending &= ~(1u << bit);
-            let index = found.y + bit;
-            let triangle = triangles[index];
-            let candidate = intersect_triangle(sheared, triangle.v0, triangle.v1, triangle.v2, hit.t);
-            var found_hit = candidate.t > 0.0;
+        // Tested at its end: software devices run the body of a `while` once more, for no ray at all.
+        if pending != 0u {
+            loop {
+                let bit = firstLeadingBit(pending);
+                pending &= ~(1u << bit);
+                let index = found.y + bit;
+                let triangle = triangles[index];
+                let candidate = intersect_triangle(sheared, triangle.v0, triangle.v1, triangle.v2, hit.t);
+                var found_hit = candidate.t > 0.0;
 #if alpha
-            if found_hit && (triangle.material_flags & TRIANGLE_ALPHA) != 0u {
-                found_hit = is_present(index, candidate.b1, candidate.b2);
-            }
+                if found_hit && (triangle.material_flags & TRIANGLE_ALPHA) != 0u {
+                    found_hit = is_present(index, candidate.b1, candidate.b2);
+                }
 #endif
 #if culling
-            found_hit = found_hit && !is_culled(index, direction);
+                found_hit = found_hit && !is_culled(index, direction);
 #endif
-            if found_hit {
-                hit = RayHit(candidate.t, index, candidate.b1, candidate.b2);
+                if found_hit {
+                    hit = RayHit(candidate.t, index, candidate.b1, candidate.b2);
 #if any_hit
-                return hit;
+                    return hit;
 #endif
+                }
+                continuing {
+                    break if pending == 0u;
+                }
             }
         }
         if group.y <= 0x00ffffffu {

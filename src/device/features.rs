@@ -88,7 +88,7 @@ features! {
         ThinGaps thin_gaps, [], "distances along rays are those of planes: surfaces that all but touch are told apart";
         DeepTree deep_tree, [], "the traversal's stack is four times as large";
         // From the device.
-        OneLane one_lane, [], "a workgroup's invocations run one after the other: sums are serial";
+        Software software, [], "a workgroup's invocations run one after the other, and a minimum costs three instructions";
         // From the method, for all its kernels.
         Bidirectional bidirectional, [], "rays carry what bidirectional weights need, 32 bytes each";
         Splats splats, [], "the film adds what light paths brought to its pixels";

@@ -107,7 +107,7 @@ fn sort(lanes: &[Feature]) -> Sorted {
 
 #[test]
 fn n14_light_tables_are_exact() {
-    for lanes in [&[Feature::OneLane][..], &[]] {
+    for lanes in [&[Feature::Software][..], &[]] {
         let sorted = sort(lanes);
         assert_eq!(sorted.counts.non_finite_vertices, 2);
         for label in 0..SUBSPACES {

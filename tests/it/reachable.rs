@@ -88,7 +88,7 @@ fn assert_valid(scenes: impl IntoIterator<Item = Features>) {
         for device in [
             &[][..],
             &[
-                Feature::OneLane,
+                Feature::Software,
                 Feature::DeepTree,
                 Feature::Coincident,
                 Feature::ThinGaps,

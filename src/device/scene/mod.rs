@@ -58,6 +58,8 @@ pub struct DeviceScene {
     thin_gaps: bool,
     /// Meshes are shown by instances.
     instances: bool,
+    /// It is on a software device.
+    software: bool,
     /// Of its buffers.
     pub pages: Pages,
     /// Of the upload's time, what the environment's map and table took.
@@ -127,6 +129,7 @@ impl DeviceScene {
             thins: thins && !features.punctual_lights,
             thin_gaps: accel.thin_gaps,
             instances: !accel.instances.list.is_empty(),
+            software: context.is_cpu(),
             pages,
             environment_time,
             upload_time: start.elapsed(),
@@ -147,6 +150,9 @@ impl DeviceScene {
         }
         if self.instances {
             features.insert(Feature::Instances);
+        }
+        if self.software {
+            features.insert(Feature::Software);
         }
         features.with_pages(self.pages)
     }

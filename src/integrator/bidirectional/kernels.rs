@@ -98,7 +98,11 @@ impl LightKernels {
             Some(selector) => Some(CacheKernels {
                 scan: wavefront.compile(context, "light_scan", &[])?,
                 order: wavefront.compile(context, "light_order", &[])?,
-                connections: wavefront.compile(context, "light_connections", &[selector.features(), nominal].concat())?,
+                connections: wavefront.compile(
+                    context,
+                    "light_connections",
+                    &[selector.features(), nominal].concat(),
+                )?,
             }),
         };
         Ok(Self {

@@ -31,11 +31,7 @@ impl Subspaces {
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
-    pub fn new(
-        context: &Context,
-        wavefront: &mut Wavefront,
-        model: &Model,
-    ) -> Result<Self, DeviceError> {
+    pub fn new(context: &Context, wavefront: &mut Wavefront, model: &Model) -> Result<Self, DeviceError> {
         let mut compile = |name: &str| wavefront.compile(context, name, &[]);
         let subspaces = Self {
             labels: None,

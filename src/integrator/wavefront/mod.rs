@@ -15,7 +15,7 @@ use super::{Settings, Strategy};
 use crate::device::layout::{Camera, Counts, FilmPixel};
 use crate::device::scene::DeviceScene;
 use crate::device::timing::Timing;
-use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Kernel};
+use crate::device::{Bound, BufferTable, Context, DeviceError, Kernel};
 use crate::film::Region;
 use film_pages::{FILM, FilmPages, SPLATS};
 use kernels::{Compiler, SharedKernels, bind_pair};
@@ -78,10 +78,7 @@ impl Wavefront {
         settings: Settings,
         form: Form,
     ) -> Result<Self, DeviceError> {
-        let mut scene_features = scene.kernel_features();
-        if context.is_cpu() {
-            scene_features.insert(Feature::OneLane);
-        }
+        let scene_features = scene.kernel_features();
         let plan = settings.method.plan();
         let mut features = scene_features;
         features.extend(form.features());
