@@ -9,24 +9,28 @@ use super::saves::Saves;
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
 use crate::render::{RenderError, Renderer};
+use crate::subspace::guide::GUIDE_SIDE;
 
 /// What to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Debug {
     /// The eye and light subspaces of what is seen first, and Gamma (spcbpt).
     Subspaces,
+    /// Where guided light paths go, as squares of directions by light subspace, and how far what is seen first guides them
+    /// (spcbpt).
+    Guides,
 }
 
 impl Debug {
     /// # Errors
     /// The method has nothing of the kind.
     pub fn check(self, method: Method) -> Result<(), InputError> {
-        match (self, method) {
-            (Self::Subspaces, method) if method.plan().learns() => Ok(()),
-            (Self::Subspaces, _) => Err(InputError::Usage(
-                "--debug subspaces shows what spcbpt has learnt; leave it out, or add --integrator spcbpt"
-                    .into(),
-            )),
+        let name = self.to_possible_value().map_or_else(String::new, |value| value.get_name().into());
+        match method.plan().learns() {
+            true => Ok(()),
+            false => Err(InputError::Usage(format!(
+                "--debug {name} shows what spcbpt has learnt; leave it out, or add --integrator spcbpt"
+            ))),
         }
     }
 
@@ -34,6 +38,7 @@ impl Debug {
     pub fn files(self, output: &Path) -> Vec<PathBuf> {
         match self {
             Self::Subspaces => SIDES.iter().chain(&[GAMMA]).map(|name| beside(output, name)).collect(),
+            Self::Guides => GUIDES.iter().map(|name| beside(output, name)).collect(),
         }
     }
 
@@ -44,12 +49,14 @@ impl Debug {
     pub fn write(self, renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {
         match self {
             Self::Subspaces => subspaces(renderer, output, saves),
+            Self::Guides => guides(renderer, output, saves),
         }
     }
 }
 
 const SIDES: [&str; 2] = ["eye-subspaces", "light-subspaces"];
 const GAMMA: &str = "gamma";
+const GUIDES: [&str; 2] = ["guides", "guided"];
 
 fn subspaces(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {
     let (Some(first), Some(model)) = (renderer.first_subspaces()?, renderer.model.clone()) else {
@@ -80,6 +87,29 @@ fn subspaces(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Resul
     log::info!("gamma from {least:.2e} (violet) to {most:.2e} (yellow), black where it is zero");
     let path = beside(output, GAMMA);
     saves.picture(&path, png::write_bytes(&path, side, side, &pixels));
+    Ok(())
+}
+
+fn guides(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {
+    let guide = renderer.model.as_ref().and_then(|model| model.guide.clone());
+    let (Some(first), Some(guide)) = (renderer.first_subspaces()?, guide) else {
+        log::warn!("light paths are not guided in this render, so there is no guide to show");
+        return Ok(());
+    };
+    let (side, pixels) = false_color::squares(&guide.cells, GUIDE_SIDE);
+    let path = beside(output, GUIDES[0]);
+    saves.picture(&path, png::write_bytes(&path, side, side, &pixels));
+    let strongest = guide.strongest();
+    let most = strongest.iter().copied().fold(1.0, f64::max);
+    log::info!("guides: up to {most:.1} times as many light paths into one direction as without (yellow)");
+    let pixel = |seen: &FirstSubspaces| match seen.labels {
+        Some([_, label]) => false_color::scale_pixel(strongest[label as usize].ln() / most.ln().max(1e-9)),
+        None => [0; 3],
+    };
+    let pixels: Vec<[u8; 3]> = first.iter().map(pixel).collect();
+    let picture = renderer.picture()?;
+    let path = beside(output, GUIDES[1]);
+    saves.picture(&path, png::write_bytes(&path, picture.width, picture.height, &pixels));
     Ok(())
 }
 

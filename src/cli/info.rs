@@ -19,6 +19,7 @@ use crate::render::{PictureMemory, RenderOptions};
 use crate::scene::{LightKind, Projection, Repeated, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
 use crate::subspace::gamma::{Loss, Tried};
+use crate::subspace::guide::GUIDE_CELLS;
 
 /// Options of `halfway info`.
 #[derive(Args, Debug)]
@@ -241,7 +242,21 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
 fn guided(model: &Model) -> String {
     let gain = model.report.guide_gain.exp();
     match (&model.guide, model.settings.light_guide) {
-        (Some(_), _) => format!("guided; {gain:.2} times as dense where their light is wanted"),
+        (Some(guide), _) => {
+            let strongest = guide.strongest();
+            // An eighth more than an even share: something was learnt.
+            let knowing = strongest.iter().filter(|&&most| most > 1.125).count();
+            let most = strongest.iter().copied().fold(1.0, f64::max) / GUIDE_CELLS as f64;
+            let pick = guide.picks.iter().copied().fold(0.0, f32::max);
+            format!(
+                "guided; {gain:.2} times as dense where their light is wanted: from {knowing} of {} light subspaces, {:.0} % into \
+                 one of {GUIDE_CELLS} cells of directions at most; {:.0} % start at one of {} lights",
+                strongest.len(),
+                100.0 * most,
+                100.0 * pick,
+                guide.picks.len()
+            )
+        }
         (None, true) => {
             format!("not guided; they would be {gain:.2} times as dense where their light is wanted")
         }

@@ -46,6 +46,28 @@ pub fn matrix(entries: &[f32], side: usize) -> (u32, Vec<[u8; 3]>) {
     (pixels as u32, (0..pixels * pixels).map(at).collect())
 }
 
+/// Squares of `side` x `side` numbers that are not negative, each column by column, as one picture of so many pixels a side:
+/// row by row with a black line between them, in the colours of [`matrix`].
+pub fn squares(entries: &[f32], side: usize) -> (u32, Vec<[u8; 3]>) {
+    let count = entries.len() / (side * side);
+    let columns = (count as f64).sqrt().ceil() as usize;
+    let pitch = side + 1;
+    let total = columns * pitch;
+    let mut all = vec![0.0; total * total];
+    for (square, cells) in entries.chunks(side * side).enumerate() {
+        let (left, top) = (square % columns * pitch, square / columns * pitch);
+        for (cell, &entry) in cells.iter().enumerate() {
+            all[(top + cell % side) * total + left + cell / side] = entry;
+        }
+    }
+    matrix(&all, total)
+}
+
+/// sRGB of a share of the way from the least (dark violet) to the most (yellow).
+pub fn scale_pixel(share: f64) -> [u8; 3] {
+    color(&VIRIDIS, share)
+}
+
 /// The least positive and the largest entry.
 pub fn range(entries: &[f32]) -> [f32; 2] {
     let positive = entries.iter().copied().filter(|entry| *entry > 0.0);
@@ -63,4 +85,24 @@ fn oklab(lightness: f32, a: f32, b: f32) -> [f32; 3] {
         -1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s,
         -0.004_196_086 * l - 0.703_418_6 * m + 1.707_614_7 * s,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each number where it belongs: the first coordinate to the right, the second down.
+    #[test]
+    fn squares_stand_side_by_side() {
+        // Three squares of 2x2; the largest number is the second square's at (1, 0).
+        let mut entries = [1.0; 12];
+        entries[4 + 2] = 9.0;
+        let (pixels, picture) = squares(&entries, 2);
+        let cell = pixels as usize / 6;
+        let at = |x: usize, y: usize| picture[(y * cell + cell / 2) * pixels as usize + x * cell + cell / 2];
+        let [most, least] = [1.0, 0.0].map(scale_pixel);
+        assert_eq!([at(4, 0), at(3, 0), at(4, 1), at(0, 3)], [most, least, least, least]);
+        // Lines between, and no fourth square.
+        assert_eq!([at(2, 0), at(0, 2), at(3, 3)], [[0; 3]; 3]);
+    }
 }

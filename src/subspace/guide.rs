@@ -46,6 +46,12 @@ impl LightGuide {
         }
     }
 
+    /// Of each light subspace: its strongest cell over an even one, at least 1.
+    pub fn strongest(&self) -> Vec<f64> {
+        let most = |row: &[f32]| row.iter().copied().fold(0.0, f32::max);
+        self.cells.chunks(GUIDE_CELLS).map(|row| f64::from(most(row)) * GUIDE_CELLS as f64).collect()
+    }
+
     /// The lights' alias table as the device draws from it.
     ///
     /// # Errors

@@ -214,6 +214,31 @@ fn debug_shows_the_subspaces() {
     assert!(hues(&gamma) > 4);
 }
 
+/// A square of directions for each light subspace, in one picture; and how far what is seen first guides light.
+#[test]
+fn debug_shows_the_guides() {
+    let case = Case::new();
+    case.run("train builtin:three-lights --size 32x32 --rounds 2 --seed 3 -o m.model").assert(0, &[]);
+    let render = "render builtin:three-lights --size 32x32 --spp 1 -i spcbpt --debug guides";
+    let run = case.run(&format!("{render} --model m.model -o out.exr"));
+    run.assert(0, &[]);
+    let names = ["out.exr", "out.guides.png", "out.guided.png"];
+    assert!(names.iter().all(|name| run.printed.contains(name)), "{}", run.printed);
+    let guided = case.picture("out.guided.png");
+    assert_eq!((guided.width, guided.height), (32, 32));
+    let seen: Vec<[f32; 3]> = guided.rgb.iter().copied().filter(|pixel| *pixel != [0.0; 3]).collect();
+    assert!(seen.len() > 300 && seen.iter().any(|pixel| *pixel != seen[0]), "{} pixels", seen.len());
+    let squares = case.picture("out.guides.png");
+    assert!(squares.width == squares.height && squares.width >= 300, "{}", squares.width);
+    // Says what the picture shows.
+    let info = case.run("info --model m.model").printed;
+    let line = info.lines().find(|line| line.contains("light paths")).expect("a line");
+    assert!(line.contains("guided; ") && line.contains("of 64 cells"), "{line}");
+    case.run(&format!("{render} --train-paths 500 --no-light-guide -o none.exr"))
+        .assert(0, &["no guide to show"]);
+    assert!(!case.files().contains(&"none.guides.png".to_string()), "{:?}", case.files());
+}
+
 /// Ctrl-C while it learns: nothing is there to save, which is said.
 #[test]
 #[cfg(unix)]
