@@ -9,9 +9,9 @@ use clap::Args;
 use super::args::{InputError, parse_duration, try_output};
 use super::{CliError, text};
 use crate::device::layout::SAMPLES_A_GROUP;
+use crate::film::FilmError;
 use crate::film::checkpoint::{SavedRender, most_bytes};
 use crate::film::write::remove_leftovers;
-use crate::film::{FilmError, Region};
 use crate::integrator::Method;
 use crate::integrator::method::Setting;
 use crate::render::{Keeping, Origin, RenderError, RenderOptions, Renderer, picture_of, take_up};
@@ -128,14 +128,14 @@ impl KeepArgs {
     }
 
     /// What keeps checkpoints, where they are asked for; says how large they get.
-    pub fn keeper(&self, keeping: Keeping, region: &Region, quiet: bool) -> Option<Keeper> {
+    pub fn keeper(&self, keeping: Keeping, options: &RenderOptions, quiet: bool) -> Option<Keeper> {
         let path = self.checkpoint.clone()?;
         remove_leftovers(&path);
         if !quiet {
             eprintln!(
                 "checkpoint {}: about {:.0} MB, up to twice as much where it is noisy",
                 path.display(),
-                most_bytes(region.pixels().into()) as f64 * 1e-6
+                most_bytes(options.view.region().pixels().into(), options.halves) as f64 * 1e-6
             );
         }
         let every = self.checkpoint_every.unwrap_or(EVERY);

@@ -14,7 +14,7 @@ use super::{CliError, Exit, summary, text};
 use crate::film::checkpoint::SavedRender;
 use crate::film::{Attribute, FilmError, Lost, exr, merge, png};
 use crate::integrator::RayCounts;
-use crate::render::rays_of;
+use crate::render::{ERROR, rays_of};
 
 /// Options of `halfway merge`.
 #[derive(Args, Debug)]
@@ -68,6 +68,8 @@ pub fn run(args: &MergeArgs, quiet: bool) -> Result<Exit, CliError> {
             "the portion of the first samples is not there, so there are no layers albedo, normal and depth"
         );
     }
+    let error = sums.estimated_error();
+    picture.metadata.extend(error.map(|error| (ERROR.to_owned(), Attribute::Number(error))));
     let stops = args.view.exposure.stops(&picture);
     for file in args.output.iter().filter(|file| !is_part(file)) {
         let written = match is_png(file) {
@@ -77,9 +79,7 @@ pub fn run(args: &MergeArgs, quiet: bool) -> Result<Exit, CliError> {
         saves.picture(file, written);
     }
     if !quiet {
-        let error = sums
-            .estimated_error()
-            .map_or(String::new(), |error| format!(", estimated error {:.2} %", 100.0 * error));
+        let error = error.map_or(String::new(), |error| format!(", estimated error {:.2} %", 100.0 * error));
         let missing: u32 = merged.missing.iter().map(|range| range.end - range.start).sum();
         eprintln!(
             "{} spp from {} portions, merged in {:.2} s{error}; made by {}",

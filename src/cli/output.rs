@@ -8,10 +8,11 @@ use super::trace::Trace;
 use crate::bench::trade::Checkpoint;
 use crate::film::denoise::Denoiser;
 use crate::film::exr::Coding;
+use crate::film::halves::Halves;
 use crate::film::png::Depth;
 use crate::film::tonemap::ViewTransform;
-use crate::film::{Exposure, FilmError, Picture, exr, png, tev};
-use crate::render::{Origin, RenderError, Renderer, Report};
+use crate::film::{Attribute, Exposure, FilmError, Picture, exr, png, tev};
+use crate::render::{DENOISED_ERROR, Estimate, MIN_SAMPLES_FOR_ERROR, Origin, RenderError, Renderer, Report};
 
 /// Between two pictures for a viewer.
 const VIEW_EVERY: Duration = Duration::from_secs(1);
@@ -37,6 +38,8 @@ pub struct Output {
     pub save_every: Option<Duration>,
     /// For the finished picture.
     pub denoiser: Option<Denoiser>,
+    /// The error of the denoised picture at which the render ends.
+    pub goal: Option<Goal>,
     pub viewer: Option<tev::Viewer>,
     /// In the viewer.
     pub title: String,
@@ -50,12 +53,40 @@ pub struct Output {
     pub saves: Saves,
 }
 
+/// An error of the denoised picture that is good enough.
+pub struct Goal {
+    wanted: f64,
+    estimate: Estimate,
+}
+
+impl Goal {
+    pub fn new(wanted: f64) -> Self {
+        Self { wanted, estimate: Estimate::denoised() }
+    }
+}
+
 impl Output {
     /// Something is to be done with the picture of so many samples before the render goes on.
     pub fn is_due(&self, samples: u32) -> bool {
         self.save_is_due()
+            || self.goal_is_due(samples)
             || (self.viewer.is_some() && self.last_view.elapsed() >= VIEW_EVERY)
             || self.trace.as_ref().is_some_and(|trace| trace.is_due(samples))
+    }
+
+    /// The denoised picture is to be looked at.
+    fn goal_is_due(&self, samples: u32) -> bool {
+        samples >= MIN_SAMPLES_FOR_ERROR && self.goal.as_ref().is_some_and(|goal| goal.estimate.is_due())
+    }
+
+    /// What is known of the denoised picture's error on the way.
+    pub fn denoised_error(&self) -> Option<f64> {
+        self.goal.as_ref()?.estimate.error
+    }
+
+    /// The denoised picture is good enough.
+    pub fn has_met_goal(&self) -> bool {
+        self.goal.as_ref().is_some_and(|goal| goal.estimate.error.is_some_and(|error| error <= goal.wanted))
     }
 
     fn save_is_due(&self) -> bool {
@@ -73,6 +104,9 @@ impl Output {
             self.judge(&renderer.report()?, &picture);
         }
         self.show(&picture);
+        if self.goal_is_due(renderer.samples()) {
+            self.look_at_goal(&picture, renderer)?;
+        }
         if self.save_is_due() {
             let picture = self.described(picture, &renderer.report()?);
             let written = self.files.iter().map(|file| self.write(file, &picture));
@@ -87,11 +121,35 @@ impl Output {
         Ok(())
     }
 
-    /// Does all of it with the finished picture, each output by itself. Returns the error against the reference, where
-    /// there is one.
-    pub fn finish(&mut self, picture: Picture, report: &Report) -> Option<Checkpoint> {
+    /// Estimates the error of the denoised picture. Where the library refuses, the goal is none any more: the failure is
+    /// reported at the end.
+    fn look_at_goal(&mut self, picture: &Picture, renderer: &Renderer) -> Result<(), RenderError> {
+        let (Some(goal), Some(denoiser)) = (self.goal.as_mut(), self.denoiser.as_mut()) else {
+            return Ok(());
+        };
+        let Ok(halves) = renderer.halves()? else { return Ok(()) };
+        let (files, format) = (&self.files, &self.format);
+        let renewed = goal.estimate.renew(|| {
+            save_before(files, picture, format);
+            denoiser.denoise_halves(picture, &halves).map(|(_, error)| error)
+        });
+        if let Err(error) = renewed {
+            log::warn!("{error}; --error cannot be looked at");
+            self.goal = None;
+        }
+        Ok(())
+    }
+
+    /// Does all of it with the finished picture, each output by itself; the report then has the error of the denoised one.
+    /// Returns the error against the reference, where there is one.
+    pub fn finish(
+        &mut self,
+        picture: Picture,
+        halves: Result<Halves, String>,
+        report: &mut Report,
+    ) -> Option<Checkpoint> {
         let mut picture = self.described(picture, report);
-        self.denoise(&mut picture);
+        self.denoise(&mut picture, halves, report);
         let (mut failed, mut linear) = (false, false);
         for file in &self.files {
             let written = self.write(file, &picture);
@@ -114,16 +172,19 @@ impl Output {
         judged
     }
 
-    /// Denoises the picture, where that is wanted. It is saved as it is before: a library that crashes takes nothing along.
-    fn denoise(&mut self, picture: &mut Picture) {
+    /// Denoises the picture, where that is wanted, and estimates what error is left.
+    fn denoise(&mut self, picture: &mut Picture, halves: Result<Halves, String>, report: &mut Report) {
         let Some(denoiser) = self.denoiser.as_mut() else { return };
-        for file in &self.files {
-            // What fails here fails once more, and is reported then.
-            let _ = write(file, picture, &self.format);
-        }
+        save_before(&self.files, picture, &self.format);
         let start = Instant::now();
-        match denoiser.add_to(picture) {
-            Ok(()) => log::info!("denoised in {:.2} s", start.elapsed().as_secs_f64()),
+        match denoiser.add_to(picture, halves.as_ref().ok()) {
+            Ok(error) => {
+                log::info!("denoised in {:.2} s", start.elapsed().as_secs_f64());
+                report.denoised_error = error;
+                report.denoised_error_unknown = halves.err();
+                let attribute = |error| (DENOISED_ERROR.to_owned(), Attribute::Number(error));
+                picture.metadata.extend(error.map(attribute));
+            }
             Err(error) => self.saves.fail(error),
         }
     }
@@ -162,6 +223,14 @@ impl Output {
 
     fn write(&self, file: &Path, picture: &Picture) -> Result<(), FilmError> {
         write(file, picture, &self.format)
+    }
+}
+
+/// Saves the picture as it is before it is denoised: a library that crashes takes nothing along.
+fn save_before(files: &[PathBuf], picture: &Picture, format: &Format) {
+    for file in files {
+        // What fails here fails once more, and is reported then.
+        let _ = write(file, picture, format);
     }
 }
 

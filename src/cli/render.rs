@@ -13,7 +13,7 @@ use super::args::{
 };
 use super::debug::Debug;
 use super::keep::{KeepArgs, Keeper};
-use super::output::{Format, Output, is_part, is_png};
+use super::output::{Format, Goal, Output, is_part, is_png};
 use super::progress::{self, Meter};
 use super::saves::Saves;
 use super::trace::TraceArgs;
@@ -24,8 +24,8 @@ use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::{Choice, Method, View};
 use crate::render::{
-    Budget, Keeping, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report, Stop,
-    TimeLimit,
+    Budget, Keeping, NoHalves, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report,
+    Stop, TimeLimit,
 };
 use crate::scene::{Scene, SceneFeatures};
 use crate::training::When;
@@ -59,7 +59,8 @@ pub struct RenderArgs {
     /// Time for rendering and pre-processing, such as 30s or 5m; loading and shader compilation come on top.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     time: Option<Duration>,
-    /// Stop at this estimated error: the expected MAPE of the picture, 0.05 = 5 %.
+    /// Stop at this estimated error: the expected MAPE of the picture, 0.05 = 5 %. With --denoise it is that of the denoised
+    /// picture, which is looked at now and then, for about a tenth of the time.
     #[arg(long, value_name = "ERROR")]
     error: Option<f64>,
     #[command(flatten)]
@@ -156,7 +157,13 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     };
     let mut renderer = prepare(prepared.with_choice(light_tracing), quiet)?;
     args.keep.begin(&mut renderer, taken_up)?;
-    let mut keeper = args.keep.keeper(keeping.clone(), &shown, quiet);
+    let goal = args.outputs.denoise.then_some(args.error).flatten();
+    if goal.is_some() {
+        args.check_goal(&renderer)?;
+        // The error that counts is that of another picture.
+        renderer.set_budget(Budget { error: None, ..options.budget });
+    }
+    let mut keeper = args.keep.keeper(keeping.clone(), &options, quiet);
     if let Some(keeper) = keeper.as_mut().filter(|_| renderer.learning_time().total > Duration::ZERO) {
         // What was learnt is not to be learnt again.
         let _ = keeper.write(&mut renderer)?;
@@ -172,6 +179,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         },
         save_every: args.save_every,
         denoiser,
+        goal: goal.map(Goal::new),
         viewer,
         title: args.scene.scene.to_string_lossy().into_owned(),
         trace,
@@ -204,6 +212,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         };
     }
     let mut picture = renderer.picture()?;
+    let halves = renderer.halves()?.map_err(|reason| args.why_no_halves(reason));
     if !groups.is_empty() {
         picture = passes::add_groups(&context, &scene, &groups, &options, picture, &mut report)?;
     }
@@ -214,7 +223,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     let stops = output.format.exposure.stops(&picture);
     let lost = Lost::judge(&picture, output.format.view, stops);
     output.format.exposure = Exposure::Stops(stops);
-    let judged = output.finish(picture, &report);
+    let judged = output.finish(picture, halves, &mut report);
     let Output { files, mut saves, .. } = output;
 
     if let Some(path) = &args.stats {
@@ -297,6 +306,28 @@ impl RenderArgs {
         self.trace.try_output()?;
         self.strategies.iter().try_for_each(|folder| try_output_folder(folder))?;
         Ok(files)
+    }
+
+    /// # Errors
+    /// An error that cannot be looked at.
+    fn check_goal(&self, renderer: &Renderer) -> Result<(), InputError> {
+        match renderer.keeps_halves() {
+            true => Ok(()),
+            false => Err(InputError::Usage(
+                "--error with --denoise goes by the denoised picture, whose error is not known: the checkpoint was rendered \
+                 without --denoise. Leave out --error, or --denoise"
+                    .into(),
+            )),
+        }
+    }
+
+    /// Why nothing is known of the denoised picture's error.
+    fn why_no_halves(&self, reason: NoHalves) -> String {
+        match reason {
+            NoHalves::OneGroup => format!("that takes more than {SAMPLES_A_GROUP} samples per pixel"),
+            NoHalves::NotKept if self.outputs.light_groups => "its lights were rendered one by one".into(),
+            NoHalves::NotKept => "the checkpoint was rendered without --denoise".into(),
+        }
     }
 
     /// What is rendered in several passes has no picture on the way, and none of one method and one model.
@@ -484,7 +515,7 @@ fn render(
         // A pause of the loop, to save, to show or to judge the picture, is no end.
         let (mut keep, mut look) = (false, false);
         let stop = renderer.run(|progress| {
-            show(&mut meter, progress, budget);
+            show(&mut meter, progress, output.denoised_error(), budget);
             keep = keeper.as_ref().is_some_and(Keeper::is_due);
             look = output.is_due(progress.samples);
             let pause = keep || look;
@@ -499,6 +530,11 @@ fn render(
         }
         if look {
             output.update(renderer)?;
+        }
+        if output.has_met_goal() {
+            meter.finish();
+            renderer.end(Stop::Error);
+            return Ok(Stop::Error);
         }
     }
 }
@@ -515,9 +551,12 @@ fn meter(quiet: bool, budget: &Budget, learning: Duration) -> Meter {
     )
 }
 
-fn show(meter: &mut Meter, progress: &Progress, budget: &Budget) {
-    let error =
-        progress.estimated_error.map_or(String::new(), |error| format!(", error {:.1} %", 100.0 * error));
+/// `denoised`: the error of the denoised picture, where it is looked at.
+fn show(meter: &mut Meter, progress: &Progress, denoised: Option<f64>, budget: &Budget) {
+    let percent = |name: &str, error: Option<f64>| {
+        error.map_or(String::new(), |error| format!(", {name} {:.1} %", 100.0 * error))
+    };
+    let error = percent("error", progress.estimated_error) + &percent("denoised", denoised);
     let position = match budget.samples {
         Some(_) => u64::from(progress.samples),
         None => progress.elapsed.as_millis() as u64,

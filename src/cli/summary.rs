@@ -22,12 +22,11 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
         Stop::Error => "--error reached",
         Stop::Interrupted => "interrupted",
     };
-    let error = match report.estimated_error.map(|error| 100.0 * error) {
-        None => String::new(),
-        // Nothing is certain that has noise.
-        Some(percent) if percent > 0.0 && percent < 0.01 => ", estimated error below 0.01 %".into(),
-        Some(percent) => format!(", estimated error {percent:.2} %"),
-    };
+    let error = report.estimated_error.map_or(String::new(), |error| {
+        let denoised =
+            report.denoised_error.map_or(String::new(), |error| format!(" ({} denoised)", percent(error)));
+        format!(", estimated error {}{denoised}", percent(error))
+    });
     let environment = match report.environment_seconds {
         seconds if seconds >= 0.05 => format!(" ({seconds:.2} s of them the environment)"),
         _ => String::new(),
@@ -42,6 +41,9 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
         report.upload_seconds,
         report.compile_seconds
     );
+    if let Some(reason) = &report.denoised_error_unknown {
+        eprintln!("the error of the denoised picture is not known: {reason}");
+    }
     say_choices(&report.choices);
     if let Some(training) = &report.training {
         let gain = held_out_gain(training)
@@ -60,6 +62,14 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
     }
     if report.dropped_triangles > 0 {
         eprintln!("{} triangles without area were left out", report.dropped_triangles);
+    }
+}
+
+/// Nothing is certain that has noise.
+fn percent(error: f64) -> String {
+    match 100.0 * error {
+        percent if percent > 0.0 && percent < 0.01 => "below 0.01 %".into(),
+        percent => format!("{percent:.2} %"),
     }
 }
 

@@ -18,6 +18,7 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::halves::{HalfPixel, HalfSums};
 use super::state::{FilmState, GroupPixel};
 use super::sums::{BLOCK, Earlier, FilmSums, PixelSums};
 use super::write::write_atomic_with;
@@ -27,7 +28,7 @@ use crate::math::fnv::Fnv;
 
 const MAGIC: &[u8; 8] = b"halfwayC";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Numbers that are kept alike.
 const CHUNK: usize = 4096;
 /// How a chunk is kept.
@@ -76,17 +77,19 @@ pub struct Header {
 pub struct SavedRender {
     pub header: Header,
     pub film: FilmState,
+    /// Of a render that keeps halves.
+    pub half: Option<HalfSums>,
     /// Layers that do not depend on samples, where this file has them.
     pub layers: Vec<Layer>,
     /// A model's file, where the method learns.
     pub model: Option<Vec<u8>>,
 }
 
-/// Bytes that a file of so many pixels takes at most, but for what noise adds to rounding (as much as the sums), layers and
-/// a model.
-pub fn most_bytes(pixels: u64) -> u64 {
-    // Six sums of eight bytes; nine words of an open block, and its counts.
-    pixels * (6 * 8 + 9 * 4 + 3)
+/// Bytes that a file of so many pixels takes at most, with those of `halves`, but for what noise adds to rounding (as much as
+/// the sums), layers and a model.
+pub fn most_bytes(pixels: u64, halves: bool) -> u64 {
+    // Six sums of eight bytes; nine words of an open block, and its counts. Of a half three sums.
+    pixels * (6 * 8 + 9 * 4 + 3 + if halves { 3 * 8 } else { 0 })
 }
 
 impl Header {
@@ -192,6 +195,13 @@ impl SavedRender {
             let counts = |i: usize| u64::from(count(&group[i % pixels], i / pixels));
             out.counts(&format!("group {index} counts"), 2 * pixels, counts)?;
         }
+        for (name, half) in
+            self.half.iter().flat_map(|half| [("half", &half.pixels), ("half earlier", &half.earlier)])
+        {
+            let value = |pixel: &HalfPixel, i: usize| if i < 3 { pixel.sum[i] } else { pixel.weight };
+            let room = half.len();
+            out.floats(name, 4 * room, |i| value(&half[i % room], i / room))?;
+        }
         for (layer, (name, values)) in
             self.layers.iter().flat_map(|layer| layer.channels.iter().map(move |channel| (layer, channel)))
         {
@@ -227,6 +237,15 @@ impl SavedRender {
             });
             sums.earlier = earlier.collect();
         }
+        let mut half = None;
+        if let Some(data) = records.remove("half") {
+            let earlier = records.remove("half earlier")?;
+            let pixels_earlier = if earlier.is_empty() { 0 } else { pixels };
+            half = Some(HalfSums {
+                pixels: half_pixels(&data, pixels)?,
+                earlier: half_pixels(&earlier, pixels_earlier)?,
+            });
+        }
         let mut film = FilmState { sums, ..FilmState::default() };
         let (mut layers, mut model) = (Vec::<Layer>::new(), None);
         for (name, data) in &records {
@@ -254,7 +273,7 @@ impl SavedRender {
                 }
             }
         }
-        Some(Self { header, film, layers, model })
+        Some(Self { header, film, half, layers, model })
     }
 }
 
@@ -308,6 +327,15 @@ fn open_block(values: &[f64], counts: &[u64]) -> Option<Vec<FilmPixel>> {
             })
         })
         .collect()
+}
+
+fn half_pixels(data: &[u8], pixels: usize) -> Option<Vec<HalfPixel>> {
+    let values = floats(data, 4 * pixels)?;
+    let pixel = |i: usize| HalfPixel {
+        sum: std::array::from_fn(|c| values[c * pixels + i]),
+        weight: values[3 * pixels + i],
+    };
+    Some((0..pixels).map(pixel).collect())
 }
 
 fn group(values: &[f64], counts: &[u64]) -> Option<Vec<GroupPixel>> {

@@ -145,7 +145,8 @@ fn add_up(portions: Vec<(PathBuf, Header)>, missing: Vec<Range<u32>>) -> Result<
             let Samples { first, next, .. } = saved.header.samples;
             parts.push(format!("{first}..{next}"));
             match &mut merged {
-                None => merged = Some(saved),
+                // Halves of a portion are none of the whole.
+                None => merged = Some(SavedRender { half: None, ..saved }),
                 Some(merged) => {
                     // Nothing comes any more that is before this.
                     merged.film.fold(first);

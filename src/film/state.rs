@@ -47,8 +47,15 @@ pub fn group_of(film: &[FilmPixel]) -> Group {
     film.iter().map(pixel).collect()
 }
 
+/// What has been taken of a group that is not whole yet.
+pub fn open_group_of(film: &[FilmPixel]) -> Group {
+    let pixel =
+        |pixel: &FilmPixel| GroupPixel { sum: pixel.open, count: pixel.open_groups & 0xff, non_finite: 0 };
+    film.iter().map(pixel).collect()
+}
+
 /// Adds a group to what the groups before it have come to, as the device would have done.
-fn add_group(film: &mut [FilmPixel], group: &Group) {
+pub fn add_group(film: &mut [FilmPixel], group: &Group) {
     film.par_iter_mut().zip(group).for_each(|(pixel, group)| {
         pixel.non_finite += group.non_finite;
         if group.count > 0 {

@@ -149,6 +149,11 @@ impl FilmSums {
         rounded.map(move |(i, pixel)| self.earlier.get(i).unwrap_or(&none).with(&pixel))
     }
 
+    /// Of each pixel the weight of all samples, and their weighted sum.
+    pub(super) fn weighted(&self) -> impl Iterator<Item = (f64, [f64; 3])> {
+        self.totals().map(|pixel| (pixel.weight, pixel.sum))
+    }
+
     /// Samples left out because they were not finite.
     pub fn non_finite(&self) -> u64 {
         let earlier = self.earlier.iter().map(|pixel| pixel.non_finite);

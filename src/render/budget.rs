@@ -4,8 +4,6 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::RenderError;
-
 /// When to stop: the first limit that is met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Budget {
@@ -68,28 +66,38 @@ pub struct Progress {
     pub estimated_error: Option<f64>,
 }
 
-/// Time between two estimates of the error, in times that one takes.
+/// Time between two estimates of the error, in times that one takes: of the picture, and of the denoised one.
 const ESTIMATES_APART: u32 = 20;
+const DENOISED_APART: u32 = 10;
 
 /// What is estimated of a picture that grows, again and again but for a small part of the time.
-#[derive(Default)]
 pub struct Estimate {
     pub error: Option<f64>,
     /// When it was made last, and how long that took.
     last: Option<(Instant, Duration)>,
+    /// Time between two, in times that one takes.
+    apart: u32,
+}
+
+impl Default for Estimate {
+    fn default() -> Self {
+        Self { error: None, last: None, apart: ESTIMATES_APART }
+    }
 }
 
 impl Estimate {
+    /// Of the denoised picture, which takes longer.
+    pub fn denoised() -> Self {
+        Self { apart: DENOISED_APART, ..Self::default() }
+    }
+
     pub fn is_due(&self) -> bool {
-        self.last.is_none_or(|(end, took)| end.elapsed() >= ESTIMATES_APART * took)
+        self.last.is_none_or(|(end, took)| end.elapsed() >= self.apart * took)
     }
 
     /// # Errors
     /// Those of `make`.
-    pub fn renew(
-        &mut self,
-        make: impl FnOnce() -> Result<Option<f64>, RenderError>,
-    ) -> Result<(), RenderError> {
+    pub fn renew<E>(&mut self, make: impl FnOnce() -> Result<Option<f64>, E>) -> Result<(), E> {
         let start = Instant::now();
         self.error = make()?;
         self.last = Some((Instant::now(), start.elapsed()));

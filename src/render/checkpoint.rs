@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::halves::HalvesInProgress;
 use super::{LearningTime, Origin, RenderError, RenderOptions, Renderer};
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::Layer;
@@ -124,10 +125,15 @@ impl Renderer {
     /// # Errors
     /// A lost device.
     pub fn film_state(&self) -> Result<FilmState, RenderError> {
-        let unit = if self.is_apart() { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
+        let by_groups = self.is_apart() || self.halves.is_some();
+        let unit = if by_groups { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
         let mut open = BTreeMap::new();
         if !self.samples.is_multiple_of(unit) {
             open.insert(self.samples / SAMPLES_A_FLUSH, self.integrator.wavefront().film(&self.context)?);
+        }
+        if let Some(halves) = &self.halves {
+            halves.add_block_to(open.entry(self.samples / SAMPLES_A_FLUSH).or_default());
+            open.retain(|_, film| !film.is_empty());
         }
         Ok(FilmState { sums: self.sums.clone(), open, groups: self.groups.clone() })
     }
@@ -163,7 +169,8 @@ impl Renderer {
             run: serde_json::to_value(run).unwrap_or_default(),
         };
         let model = self.model.as_ref().map(|model| model.to_bytes());
-        Ok(SavedRender { header, film, layers, model })
+        let half = self.halves.as_ref().map(|halves| halves.first.clone());
+        Ok(SavedRender { header, film, half, layers, model })
     }
 
     /// Goes on from there. The options are those of the render that wrote it, its model among them. Before the render has
@@ -176,9 +183,18 @@ impl Renderer {
         let unknown = |_| RenderError::UnknownRun { path: path.to_owned(), what };
         let run: Run = serde_json::from_value(saved.header.run).map_err(unknown)?;
         let SavedRender {
-            film: FilmState { sums, mut open, groups }, header: Header { samples, .. }, ..
+            film: FilmState { sums, mut open, groups },
+            header: Header { samples, .. },
+            half,
+            ..
         } = saved;
         (self.first, self.samples) = (samples.first, samples.next);
+        // Of samples that were not kept in halves there are none.
+        self.halves = half.filter(|_| self.options.halves).map(HalvesInProgress::going_on);
+        let is_apart = self.is_apart();
+        if let Some(halves) = self.halves.as_mut().filter(|_| !is_apart) {
+            open.values_mut().for_each(|film| halves.take_block(film));
+        }
         if let Some(film) = open.remove(&(self.samples / SAMPLES_A_FLUSH)) {
             self.integrator.wavefront().write_film(&self.context, &film)?;
         }

@@ -43,6 +43,9 @@ impl Renderer {
     pub fn connect_by(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
         self.flush()?;
         self.sums.settle();
+        if let Some(halves) = &mut self.halves {
+            halves.first.settle();
+        }
         self.integrator.set_model(&self.context, &model)?;
         self.report.training = Some(model.report.clone());
         self.report.round_samples.push(self.samples);
@@ -53,6 +56,9 @@ impl Renderer {
     /// The loss by the model of now, over that by the one before.
     pub fn weigh_earlier(&mut self, loss: f64) {
         self.sums.weigh_earlier(loss);
+        if let Some(halves) = &mut self.halves {
+            halves.first.weigh_earlier(loss);
+        }
         self.report.round_losses.push(loss);
     }
 }

@@ -11,6 +11,8 @@ use crate::integrator::wavefront::SPLAT_WORDS;
 
 /// What rounding leaves out of a pixel's six sums, once there is something to round.
 const REST_BYTES: u64 = 48;
+/// Sums and weight of a pixel's first half, and the colours of both.
+const HALF_BYTES: u64 = 56;
 /// Radiance, variance and samples of a picture, in f32.
 const PICTURE_BYTES: u64 = 28;
 /// While it is made: variances in f64. While its error is estimated: moments, and their sums over blocks of 9.
@@ -34,6 +36,8 @@ impl PictureMemory {
         let splats = when(options.method.plan().to_camera, 4 * SPLAT_WORDS as u64);
         let samples = options.budget.samples.unwrap_or(u32::MAX);
         let sums = size_of::<PixelSums>() as u64 + when(samples >= 2 * SAMPLES_A_FLUSH, REST_BYTES);
+        // Of the first half, and of a block of groups that are taken one by one.
+        let halves = when(options.halves, HALF_BYTES + film);
         // Sums that are on the device still are added to a copy.
         let copy = when(!samples.is_multiple_of(SAMPLES_A_FLUSH), sums);
         let last = match samples >= 2 * SAMPLES_A_GROUP {
@@ -44,7 +48,7 @@ impl PictureMemory {
         let pixels = u64::from(options.view.region().pixels());
         Self {
             device: pixels * (film + splats + first_hits),
-            host: pixels * (sums + copy + PICTURE_BYTES + last + layers),
+            host: pixels * (sums + copy + halves + PICTURE_BYTES + last + layers),
         }
     }
 

@@ -22,6 +22,8 @@ pub struct RenderOptions {
     pub first_hit_layers: bool,
     /// Albedo and normal are those of what is seen in mirrors and through smooth glass, as a denoiser wants them.
     pub through_mirrors: bool,
+    /// Keep the samples of every other group apart as well: from these halves the error of the denoised picture is estimated.
+    pub halves: bool,
     /// The environment is a light, and not to be seen.
     pub transparent: bool,
     pub seen: SeenLayers,

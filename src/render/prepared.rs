@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::caveats::caveats;
+use super::halves::HalvesInProgress;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::seen::{Seen, SeenLayers, Surfaces};
 use super::{Budget, LearningTime, PictureMemory, RenderOptions, Renderer, Report, Stop, TimeLimit};
@@ -176,6 +177,8 @@ impl Prepared {
             round_samples: Vec::new(),
             choices: uploaded.choices.iter().cloned().chain(options.preset()).collect(),
             estimated_error: None,
+            denoised_error: None,
+            denoised_error_unknown: None,
             rays: RayCounts::default(),
             non_finite: 0,
             triangles: uploaded.triangles,
@@ -349,6 +352,7 @@ impl Prepared {
             samples: 0,
             first: 0,
             groups: BTreeMap::new(),
+            halves: HalvesInProgress::begin(&options, settings.view.region().pixels() as usize),
             rays_before: RayCounts::default(),
             elapsed: Duration::ZERO,
             last_sample: Duration::ZERO,

@@ -7,13 +7,15 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::budget::{Budget, Estimate, Progress, Stop};
+use super::halves::{HalvesInProgress, NoHalves};
 use super::layers::{FIRST_HIT_SAMPLES, first_hit_layers};
 use super::seen::Seen;
 use super::{RenderError, RenderOptions, Report};
 use crate::accel::UnitSpace;
 use crate::device::layout::{FilmPixel, FirstHitPixel, SAMPLES_A_GROUP};
 use crate::device::{self, Context, DeviceError};
-use crate::film::state::{Group, group_of, pixel_sums};
+use crate::film::halves::{HalfSums, Halves};
+use crate::film::state::{Group, group_of, open_group_of, pixel_sums};
 use crate::film::sums::{FilmSums, SAMPLES_A_FLUSH};
 use crate::film::{Picture, Region};
 use crate::integrator::{Choice, FirstSubspaces, Integrator, RayCounts, Strategy, SubmissionLimit};
@@ -23,7 +25,7 @@ use crate::training::OnlineTraining;
 
 /// Below this many samples per pixel an error estimate is not trusted to stop a render: light that has not been found
 /// is not in it.
-const MIN_SAMPLES_FOR_ERROR: u32 = 64;
+pub const MIN_SAMPLES_FOR_ERROR: u32 = 64;
 /// A round ends after about this time, so that progress shows and an interrupt is soon heard.
 const ROUND: Duration = Duration::from_millis(300);
 
@@ -56,6 +58,8 @@ pub struct Renderer {
     pub(super) first: u32,
     /// Of the block that the render began in, where that was not with the block.
     pub(super) groups: BTreeMap<u32, Group>,
+    /// Where the options want them and they can be had.
+    pub(super) halves: Option<HalvesInProgress>,
     /// What was done before the render went on from a checkpoint.
     pub(super) rays_before: RayCounts,
     pub(super) elapsed: Duration,
@@ -106,6 +110,7 @@ impl Renderer {
         self.report.round_samples.clear();
         (self.samples, self.first) = (0, 0);
         self.groups.clear();
+        self.halves = HalvesInProgress::begin(&self.options, self.sums.pixels.len());
         self.rays_before = RayCounts::default();
         if let Some(seen) = &mut self.seen {
             seen.forget();
@@ -159,7 +164,8 @@ impl Renderer {
         let at_once = self.integrator.samples_at_once();
         // Models change between groups.
         let is_apart = self.is_apart();
-        let unit = if self.learning.is_some() || is_apart { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
+        let by_groups = is_apart || self.halves.is_some();
+        let unit = if self.learning.is_some() || by_groups { SAMPLES_A_GROUP } else { SAMPLES_A_FLUSH };
         let samples = most.min(unit - self.samples % unit);
         let rest = (self.samples + samples) % at_once;
         let samples = if rest < samples { samples - rest } else { samples };
@@ -167,20 +173,62 @@ impl Renderer {
         self.context.wait()?;
         self.integrator.wavefront_mut().collect_times(&self.context)?;
         self.samples += samples;
+        if samples > 0 && by_groups && self.samples.is_multiple_of(SAMPLES_A_GROUP) {
+            self.take_group(is_apart)?;
+        }
         self.poll_training()?;
-        if samples > 0 && is_apart && self.samples.is_multiple_of(SAMPLES_A_GROUP) {
-            let mut group = Vec::new();
-            self.integrator.wavefront().take_film(&self.context, |_, page| group.extend(group_of(&page)))?;
-            self.groups.insert(self.samples / SAMPLES_A_GROUP - 1, group);
-        } else if samples > 0 && self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
+        if samples > 0 && !is_apart && self.samples.is_multiple_of(SAMPLES_A_FLUSH) {
             self.flush()?;
         }
         self.elapsed += start.elapsed();
         Ok(samples)
     }
 
-    /// Takes the device's sums over.
+    /// Takes the group over that has just ended.
+    fn take_group(&mut self, is_apart: bool) -> Result<(), RenderError> {
+        let mut group = Vec::new();
+        self.integrator.wavefront().take_film(&self.context, |_, page| group.extend(group_of(&page)))?;
+        let index = self.samples / SAMPLES_A_GROUP - 1;
+        if let Some(halves) = &mut self.halves {
+            halves.add(index, &group, is_apart);
+        }
+        if is_apart {
+            self.groups.insert(index, group);
+        }
+        Ok(())
+    }
+
+    /// Its samples are kept in halves.
+    pub fn keeps_halves(&self) -> bool {
+        self.halves.is_some()
+    }
+
+    /// The halves of the picture so far.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn halves(&self) -> Result<Result<Halves, NoHalves>, RenderError> {
+        let Some(halves) = &self.halves else { return Ok(Err(NoHalves::NotKept)) };
+        if self.samples - self.first <= SAMPLES_A_GROUP {
+            return Ok(Err(NoHalves::OneGroup));
+        }
+        let pictures =
+            |first: &HalfSums| self.look_at_sums(|sums| Ok(first.pictures(sums, self.radiance_scale)));
+        let open = self.samples / SAMPLES_A_GROUP;
+        if self.samples.is_multiple_of(SAMPLES_A_GROUP) || !HalfSums::takes(open) {
+            return pictures(&halves.first);
+        }
+        let mut first = halves.first.clone();
+        first.add(&open_group_of(&self.integrator.wavefront().film(&self.context)?));
+        pictures(&first)
+    }
+
+    /// Takes the device's sums over, and those of its groups that were taken one by one.
     pub(super) fn flush(&mut self) -> Result<(), RenderError> {
+        if let Some(halves) = &mut self.halves {
+            halves.end_block(&mut self.sums);
+            return Ok(());
+        }
         let sums = &mut self.sums;
         let visit = |first, page: Vec<FilmPixel>| sums.add_from(first, page.par_iter().map(pixel_sums));
         Ok(self.integrator.wavefront().take_film(&self.context, visit)?)
@@ -250,6 +298,11 @@ impl Renderer {
     /// Renders to another budget from now on.
     pub fn set_budget(&mut self, budget: Budget) {
         self.options.budget = budget;
+    }
+
+    /// Ends for a reason that is none of its budget.
+    pub fn end(&mut self, stop: Stop) {
+        self.report.stop = stop;
     }
 
     /// Renders until a limit of the budget is met or `interrupted` says so; it is asked after every round. With a context
@@ -330,7 +383,7 @@ impl Renderer {
 
     /// Looks at the host's sums together with what the device has not handed over yet. They are large: there is a copy of
     /// them only where there is something to add.
-    fn look_at_sums<T>(&self, look: impl FnOnce(&FilmSums) -> T) -> Result<T, RenderError> {
+    pub(super) fn look_at_sums<T>(&self, look: impl FnOnce(&FilmSums) -> T) -> Result<T, RenderError> {
         let all_are_here = self.groups.is_empty() && self.samples.is_multiple_of(SAMPLES_A_FLUSH);
         Ok(if all_are_here { look(&self.sums) } else { look(&self.film_state()?.into_sums()) })
     }

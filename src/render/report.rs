@@ -8,6 +8,10 @@ use crate::integrator::{Choice, Method, RayCounts};
 use crate::scene::SceneFeatures;
 use crate::subspace::TrainingReport;
 
+/// Names of [`Report::estimated_error`] and [`Report::denoised_error`] in a picture's file.
+pub const ERROR: &str = "estimatedError";
+pub const DENOISED_ERROR: &str = "estimatedErrorDenoised";
+
 /// What a render did, for reports.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -24,6 +28,9 @@ pub struct Report {
     pub pretracing_seconds: f64,
     pub preprocessing_seconds: f64,
     pub estimated_error: Option<f64>,
+    /// Of the denoised picture, where there is one; and why it is not known, where it is not.
+    pub denoised_error: Option<f64>,
+    pub denoised_error_unknown: Option<String>,
     pub rays: RayCounts,
     pub non_finite: u64,
     pub triangles: usize,
@@ -62,7 +69,7 @@ pub struct Origin {
 }
 
 impl Report {
-    /// For [`Picture::metadata`]. `warnings` and `caveats` are there only where there are any.
+    /// For [`Picture::metadata`]. `warnings` and `caveats` are there only where there are any, errors where they are known.
     pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         let number = |name: &str, value: f64| (name.to_string(), Attribute::Number(value));
@@ -79,6 +86,9 @@ impl Report {
             number("nonFiniteSamples", self.non_finite as f64),
             text("commandLine", origin.command_line.clone()),
         ];
+        for (name, error) in [(ERROR, self.estimated_error), (DENOISED_ERROR, self.denoised_error)] {
+            metadata.extend(error.map(|error| number(name, error)));
+        }
         for (name, lines) in [("warnings", &self.warnings), ("caveats", &self.caveats)] {
             if !lines.is_empty() {
                 metadata.push(text(name, lines.join("\n")));

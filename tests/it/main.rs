@@ -26,6 +26,7 @@ mod culling;
 mod cut;
 mod degenerate;
 mod denoise;
+mod denoised_error;
 mod determinism;
 mod device;
 mod emissive_alpha;

@@ -38,7 +38,8 @@ pub struct OutputArgs {
     /// EXR has it as the layer denoised beside what was rendered.
     ///
     /// The layers albedo and normal are then those of what is seen in mirrors and through smooth glass. Pictures that are saved
-    /// on the way (--save-every) are not denoised.
+    /// on the way (--save-every) are not denoised. The error that is left is estimated as well, from two halves of the samples
+    /// that are denoised apart; --error goes by it.
     #[arg(long)]
     pub denoise: bool,
     /// The environment lights the scene and is not seen: EXR files have the channel A (colours are multiplied by it), PNG
@@ -91,6 +92,8 @@ impl OutputArgs {
         }
         Ok(RenderOptions {
             through_mirrors: self.denoise,
+            // What is rendered light by light has no halves of its own.
+            halves: self.denoise && !self.light_groups,
             transparent: self.transparent,
             seen: SeenLayers {
                 alpha: self.transparent,

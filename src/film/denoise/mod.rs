@@ -10,7 +10,8 @@ mod range;
 
 use std::ffi::CStr;
 
-use super::{Attribute, FilmError, Picture, Region};
+use super::halves::Halves;
+use super::{Attribute, FilmError, Picture, Region, denoised_error};
 use library::{Device, DeviceKind, Job, Library};
 use range::Range;
 
@@ -76,7 +77,28 @@ impl Denoiser {
     /// # Errors
     /// [`FilmError::Denoiser`] where the library refuses, on a GPU and on the CPU.
     pub fn denoise(&mut self, picture: &Picture) -> Result<Vec<[f32; 3]>, FilmError> {
-        let denoised = self.denoise_here(picture);
+        self.denoise_all(&[picture]).map(|mut all| all.swap_remove(0))
+    }
+
+    /// As [`denoise`](Self::denoise), and its estimated error, from halves of it that are denoised with its layers and its
+    /// exposure; `None` for a black picture.
+    ///
+    /// # Errors
+    /// As [`denoise`](Self::denoise).
+    pub fn denoise_halves(
+        &mut self,
+        picture: &Picture,
+        halves: &Halves,
+    ) -> Result<(Vec<[f32; 3]>, Option<f64>), FilmError> {
+        let [a, b] = &halves.pictures;
+        let mut all = self.denoise_all(&[picture, a, b])?;
+        let error = denoised_error::estimate(halves, [&all[0], &all[1], &all[2]]);
+        Ok((all.swap_remove(0), error))
+    }
+
+    /// Pictures with the layers and the exposure of the first.
+    fn denoise_all(&mut self, pictures: &[&Picture]) -> Result<Vec<Vec<[f32; 3]>>, FilmError> {
+        let denoised = self.denoise_here(pictures);
         // What a GPU has no memory for the CPU may have.
         let on_gpu = self.device.as_ref().is_some_and(|device| !device.is_cpu());
         let denoised = match denoised {
@@ -85,19 +107,27 @@ impl Denoiser {
                 self.device = Some(
                     self.library.device(DeviceKind::Cpu).map_err(|reason| FilmError::Denoiser { reason })?,
                 );
-                self.denoise_here(picture)
+                self.denoise_here(pictures)
             }
             denoised => denoised,
         };
         denoised.map_err(|reason| FilmError::Denoiser { reason })
     }
 
-    /// Adds the layer of the result, and to the metadata what made it.
+    /// Adds the layer of the result, and to the metadata what made it. Returns its estimated error, where there are halves of
+    /// the picture.
     ///
     /// # Errors
     /// As [`denoise`](Self::denoise), and the picture is as it was.
-    pub fn add_to(&mut self, picture: &mut Picture) -> Result<(), FilmError> {
-        let denoised = self.denoise(picture)?;
+    pub fn add_to(
+        &mut self,
+        picture: &mut Picture,
+        halves: Option<&Halves>,
+    ) -> Result<Option<f64>, FilmError> {
+        let (denoised, error) = match halves {
+            Some(halves) => self.denoise_halves(picture, halves)?,
+            None => (self.denoise(picture)?, None),
+        };
         let made_by = self.describe()?;
         picture.layers.retain(|layer| layer.name != LAYER);
         for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
@@ -106,10 +136,12 @@ impl Denoiser {
         picture.metadata.retain(|(name, _)| !matches!(name.as_str(), "biased" | "denoiser"));
         picture.metadata.push(("biased".into(), Attribute::Text("denoised".into())));
         picture.metadata.push(("denoiser".into(), Attribute::Text(made_by)));
-        Ok(())
+        Ok(error)
     }
 
-    fn denoise_here(&mut self, picture: &Picture) -> Result<Vec<[f32; 3]>, String> {
+    /// The first of these pictures has the layers.
+    fn denoise_here(&mut self, pictures: &[&Picture]) -> Result<Vec<Vec<[f32; 3]>>, String> {
+        let picture = pictures[0];
         let layer = |name: &str, channels: [&str; 3]| -> Option<Vec<[f32; 3]>> {
             let [r, g, b] = channels.map(|channel| picture.channel(name, channel));
             let (r, g, b) = (r?, g?, b?);
@@ -118,14 +150,15 @@ impl Denoiser {
         let layers =
             [(c"albedo", layer("albedo", ["R", "G", "B"])), (c"normal", layer("normal", ["X", "Y", "Z"]))];
         let range = Range::of(picture);
-        let colors = range.apply(picture);
+        let colors: Vec<_> = pictures.iter().map(|picture| range.apply(picture)).collect();
         let edge = self.tile;
         let device = self.device().map_err(|error| error.to_string())?;
-        let mut result = vec![[0.0; 3]; colors.len()];
+        let mut results = vec![vec![[0.0; 3]; picture.rgb.len()]; pictures.len()];
         for (tile, wide) in tiles(picture.width, picture.height, edge) {
             let [width, height] = wide.size;
             let cut = |values: &[[f32; 3]]| wide.cut(values, picture.width, picture.height);
-            let mut images = vec![(c"color", cut(&colors))];
+            // The color's place is the first.
+            let mut images = vec![(c"color", Vec::new())];
             for (name, values) in &layers {
                 let Some(values) = values.as_deref().map(cut) else { continue };
                 let job = Job {
@@ -138,26 +171,29 @@ impl Denoiser {
                 };
                 images.push((*name, device.run(&job)?));
             }
-            let views: Vec<(&'static CStr, &[[f32; 3]])> =
-                images.iter().map(|(name, values)| (*name, values.as_slice())).collect();
-            let job = Job {
-                width,
-                height,
-                images: &views,
-                hdr: true,
-                clean_aux: images.len() > 1,
-                input_scale: Some(range.input_scale()),
-            };
-            let denoised = device.run(&job)?;
-            for y in 0..tile.height {
-                let from = wide.index(tile.x, tile.y + y);
-                let to = (tile.y + y) as usize * picture.width as usize + tile.x as usize;
-                let count = tile.width as usize;
-                result[to..to + count].copy_from_slice(&denoised[from..from + count]);
+            for (colors, result) in colors.iter().zip(&mut results) {
+                images[0].1 = cut(colors);
+                let views: Vec<(&'static CStr, &[[f32; 3]])> =
+                    images.iter().map(|(name, values)| (*name, values.as_slice())).collect();
+                let job = Job {
+                    width,
+                    height,
+                    images: &views,
+                    hdr: true,
+                    clean_aux: images.len() > 1,
+                    input_scale: Some(range.input_scale()),
+                };
+                let denoised = device.run(&job)?;
+                for y in 0..tile.height {
+                    let from = wide.index(tile.x, tile.y + y);
+                    let to = (tile.y + y) as usize * picture.width as usize + tile.x as usize;
+                    let count = tile.width as usize;
+                    result[to..to + count].copy_from_slice(&denoised[from..from + count]);
+                }
             }
         }
-        range.undo(&mut result);
-        Ok(result)
+        results.iter_mut().for_each(|result| range.undo(result));
+        Ok(results)
     }
 }
 

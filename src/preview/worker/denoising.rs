@@ -41,7 +41,7 @@ impl Denoising {
         if self.denoiser.is_none() {
             self.denoiser = Some(Denoiser::open()?);
         }
-        self.denoiser.as_mut().map_or(Ok(()), |denoiser| denoiser.add_to(picture))
+        self.denoiser.as_mut().map_or(Ok(()), |denoiser| denoiser.add_to(picture, None).map(drop))
     }
 
     /// The picture with nothing but its denoised colours.
