@@ -45,10 +45,30 @@ impl Picture {
             ("conversion", "uint32_to_float32"),
             ("manifest", manifest.as_str()),
         ] {
-            self.metadata.push((format!("cryptomatte/{key}/{name}"), Attribute::Text(value.into())));
+            self.metadata.push((format!("{METADATA}{key}/{name}"), Attribute::Text(value.into())));
         }
     }
+
+    /// The metadata that lead from the ids of a layer to names; none where it has no ids.
+    pub fn metadata_of_ids(&self, layer: &str) -> impl Iterator<Item = &(String, Attribute)> {
+        let is_of = |value: &Attribute| matches!(value, Attribute::Text(name) if layer.strip_prefix(name.as_str()).is_some_and(is_level));
+        let named = self.metadata.iter().find_map(|(name, value)| {
+            let key = name.strip_prefix(METADATA)?.strip_suffix("/name")?;
+            is_of(value).then(|| format!("{METADATA}{key}/"))
+        });
+        self.metadata
+            .iter()
+            .filter(move |(name, _)| named.as_ref().is_some_and(|start| name.starts_with(start)))
+    }
 }
+
+/// What stands behind a matte's name in its layers' names.
+fn is_level(rest: &str) -> bool {
+    rest.len() == 2 && rest.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// What entries of [`Picture::metadata`] that tell of ids begin with.
+const METADATA: &str = "cryptomatte/";
 
 /// The ids of a pixel, each once, those that cover most of it first.
 fn ranked(pixel: &[(u32, f32)], ids: &[u32]) -> Vec<(u32, f32)> {

@@ -5,14 +5,14 @@ use std::path::Path;
 
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, LayerAttributes, LineOrder, Vec2,
-    WritableImage, f16,
+    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+    LayerAttributes, LineOrder, Vec2, WritableImage, f16,
 };
 
 use super::write::{write_atomic, write_new};
 use super::{Attribute, Picture, VARIANCE_SCALE};
 use crate::film::FilmError;
-use crate::picture_file::REC709;
+use crate::picture_file::{MAIN_PART, REC709};
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Coding {
     /// 16-bit floats where they are enough: not for numbers of any size, such as depth, nor for ids.
     pub half: bool,
     pub compression: Compression,
+    /// A part of the file for each layer, so that programs read only those that they need.
+    pub multi_part: bool,
 }
 
 /// What is made of the samples' bytes.
@@ -28,7 +30,7 @@ pub enum Compression {
     /// Without loss.
     #[default]
     Zip,
-    /// With losses in the colours, at the usual level.
+    /// With losses in the colours, at the usual level; a part of its own that is to stay as it is has none.
     Dwaa,
 }
 
@@ -74,9 +76,14 @@ fn bytes(path: &Path, picture: &Picture, coding: &Coding) -> Result<Vec<u8>, Fil
     Ok(bytes)
 }
 
+/// A layer of numbers that are to stay as they are.
+fn is_exact(layer: &str) -> bool {
+    FULL.contains(&layer) || layer.starts_with(IDS)
+}
+
 /// The samples of a channel of a layer; adds to `cut` those that are too large.
 fn samples(layer: &str, values: Vec<f32>, coding: &Coding, cut: &mut usize) -> FlatSamples {
-    if !coding.half || FULL.contains(&layer) || layer.starts_with(IDS) {
+    if !coding.half || is_exact(layer) {
         return FlatSamples::F32(values);
     }
     let most = f16::MAX.to_f32();
@@ -88,51 +95,83 @@ fn samples(layer: &str, values: Vec<f32>, coding: &Coding, cut: &mut usize) -> F
     FlatSamples::F16(values.into_iter().map(half).collect())
 }
 
+/// A layer of the file: its name, and its channels by their full names.
+type FileLayer<'a> = (&'a str, Vec<AnyChannel<FlatSamples>>);
+
+/// The layers of a picture, its colours first, with what else stands in none; adds to `cut` the values that are too large.
+fn layers<'a>(picture: &'a Picture, coding: &Coding, cut: &mut usize) -> Vec<FileLayer<'a>> {
+    let colors = ["R", "G", "B"].into_iter().enumerate().map(|(index, name)| {
+        let values = picture.rgb.iter().map(|pixel| pixel[index]).collect();
+        AnyChannel::new(name, samples("", values, coding, cut))
+    });
+    let mut layers = vec![("", colors.collect::<Vec<_>>())];
+    for layer in &picture.layers {
+        let channels = layer.channels.iter().map(|(name, values)| {
+            let values = samples(&layer.name, values.clone(), coding, cut);
+            AnyChannel::new(text(&layer.full_name(name)), values)
+        });
+        let channels: Vec<_> = channels.collect();
+        match layer.name.is_empty() {
+            true => layers[0].1.extend(channels),
+            false => layers.push((&layer.name, channels)),
+        }
+    }
+    layers
+}
+
 /// The file's bytes, and how many values did not fit.
 fn encode(picture: &Picture, coding: &Coding) -> exr::error::Result<(Vec<u8>, usize)> {
     let size = Vec2(picture.width as usize, picture.height as usize);
-    let mut channels = Vec::new();
     let mut cut = 0;
-    for (index, name) in ["R", "G", "B"].into_iter().enumerate() {
-        let values = picture.rgb.iter().map(|pixel| pixel[index]).collect();
-        channels.push(AnyChannel::new(name, samples("", values, coding, &mut cut)));
-    }
-    for layer in &picture.layers {
-        for (name, values) in &layer.channels {
-            let values = samples(&layer.name, values.clone(), coding, &mut cut);
-            channels.push(AnyChannel::new(text(&layer.full_name(name)), values));
-        }
-    }
-    let encoding = Encoding {
+    let layers = layers(picture, coding, &mut cut);
+    let encoding = |lossless: bool| Encoding {
         compression: match coding.compression {
-            Compression::Zip => exr::prelude::Compression::ZIP16,
-            Compression::Dwaa => exr::prelude::Compression::DWAA(None),
+            Compression::Dwaa if !lossless => exr::prelude::Compression::DWAA(None),
+            _ => exr::prelude::Compression::ZIP16,
         },
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let part = exr::image::Layer::new(
-        size,
-        LayerAttributes::default(),
-        encoding,
-        AnyChannels::sort(channels.into_iter().collect()),
-    );
-    let mut image = Image::from_layer(part);
-    let [red, green, blue, white] = REC709.map(|xy| Vec2(xy[0], xy[1]));
-    image.attributes.chromaticities = Some(Chromaticities { red, green, blue, white });
-    for (name, value) in &picture.metadata {
-        let value = match value {
-            Attribute::Text(value) => AttributeValue::Text(text(value)),
-            Attribute::Number(value) => AttributeValue::F64(*value),
-        };
-        image.layer_data.attributes.other.insert(text(name), value);
-    }
+    let part = |attributes: LayerAttributes, channels: Vec<AnyChannel<FlatSamples>>, encoding: Encoding| {
+        exr::image::Layer::new(size, attributes, encoding, AnyChannels::sort(channels.into_iter().collect()))
+    };
+    let mut parts: Vec<_> = match coding.multi_part {
+        true => layers
+            .into_iter()
+            .map(|(name, channels)| {
+                let name = if name.is_empty() { MAIN_PART } else { name };
+                let mut attributes = LayerAttributes::named(text(name));
+                // Some programs look for the names of ids where the ids are.
+                attributes.other.extend(picture.metadata_of_ids(name).map(attribute));
+                part(attributes, channels, encoding(is_exact(name)))
+            })
+            .collect(),
+        false => {
+            let all = layers.into_iter().flat_map(|(_, channels)| channels).collect();
+            vec![part(LayerAttributes::default(), all, encoding(false))]
+        }
+    };
+    let first = &mut parts[0].attributes.other;
+    first.extend(picture.metadata.iter().map(attribute));
     if let Some(scale) = picture.variance_scale {
-        image.layer_data.attributes.other.insert(text(VARIANCE_SCALE), AttributeValue::F64(scale));
+        first.insert(text(VARIANCE_SCALE), AttributeValue::F64(scale));
     }
+    let bounds = IntegerBounds::from_dimensions(size);
+    let [red, green, blue, white] = REC709.map(|xy| Vec2(xy[0], xy[1]));
+    let chromaticities = Some(Chromaticities { red, green, blue, white });
+    let attributes = ImageAttributes { chromaticities, ..ImageAttributes::new(bounds) };
     let mut bytes = Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes)?;
+    Image::from_layers(attributes, parts).write().to_buffered(&mut bytes)?;
     Ok((bytes.into_inner(), cut))
+}
+
+/// An entry of a picture's metadata as the file has it.
+fn attribute((name, value): &(String, Attribute)) -> (Text, AttributeValue) {
+    let value = match value {
+        Attribute::Text(value) => AttributeValue::Text(text(value)),
+        Attribute::Number(value) => AttributeValue::F64(*value),
+    };
+    (text(name), value)
 }
 
 /// UTF-8 as it is; the crate's own conversion knows Latin-1 only.

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::prelude::{AnyChannels, FlatSamples, Layer as Part, MetaData, ReadChannels, ReadLayers, Vec2, read};
 
-use super::{Attribute, PictureFile, REC709, channel_name, check_sample_count};
+use super::{Attribute, MAIN_PART, PictureFile, REC709, channel_name, check_sample_count};
 
 /// How far declared chromaticities may lie from [`REC709`] in x or y; published values have three to four digits.
 const CHROMATICITY_TOLERANCE: f32 = 2e-3;
@@ -54,14 +54,16 @@ pub(super) fn decode(bytes: &[u8], layer: Option<&str>) -> Result<PictureFile, S
         }
     }
     picture.attributes.sort_by(|a, b| a.0.cmp(&b.0));
+    // Parts may say the same.
+    picture.attributes.dedup();
     Ok(picture)
 }
 
 /// The names of a part's channels. Where a file has several named parts, the part's name comes first, unless the
-/// channels have it in front themselves.
+/// channels have it in front themselves, or it is that of the [`MAIN_PART`].
 fn full_names(part: &Part<AnyChannels<FlatSamples>>, several: bool) -> Vec<String> {
     let part_name = match &part.attributes.layer_name {
-        Some(name) if several => utf8(name),
+        Some(name) if several && name.as_slice() != MAIN_PART.as_bytes() => utf8(name),
         _ => String::new(),
     };
     let in_front = format!("{part_name}.");

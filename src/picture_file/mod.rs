@@ -38,6 +38,9 @@ const MAX_SAMPLES: u64 = 1 << 30;
 /// CIE xy of the Rec.709 primaries and of D65: red, green, blue, white.
 pub const REC709: [[f32; 2]; 4] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
 
+/// Nuke's name for the part of an OpenEXR file with what stands in no layer.
+pub const MAIN_PART: &str = "rgba";
+
 /// A named value beside the pixels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]

@@ -1,5 +1,9 @@
 //! What people composite with: coverage, ids, positions, texture coordinates, and how files store them.
 
+use std::collections::BTreeMap;
+
+use ::exr::meta::MetaData;
+use ::exr::meta::header::Header;
 use glam::Vec2;
 use halfway::film::exr::{self, Coding, Compression};
 use halfway::film::{Attribute, Picture, png};
@@ -186,7 +190,12 @@ fn halves_and_dwaa_keep_what_matters() {
     }
     picture.rgb[7] = [0.5; 3];
     let path = case.path("dwaa.exr");
-    exr::write_as(&path, &picture, &Coding { half: true, compression: Compression::Dwaa }).unwrap();
+    exr::write_as(
+        &path,
+        &picture,
+        &Coding { half: true, compression: Compression::Dwaa, ..Coding::default() },
+    )
+    .unwrap();
     let dwaa = Picture::read(&path).unwrap();
     let difference: f32 =
         dwaa.rgb.iter().flatten().zip(picture.rgb.iter().flatten()).map(|(a, b)| (a - b).abs()).sum();
@@ -260,4 +269,76 @@ fn direct_light_is_a_part_of_the_picture() {
         sum("indirect")
     );
     assert!(channel(&picture, "indirect", "G").iter().all(|&value| value > -1e-5));
+}
+
+/// A part for each layer, with and without half floats and losses: what is read back is the picture of a file of one part.
+#[test]
+fn parts_hold_what_one_part_holds() {
+    let case = Case::new();
+    let layers = SeenLayers { alpha: true, position: true, ids: true, ..SeenLayers::default() };
+    let options = RenderOptions { seen: layers, first_hit_layers: true, ..options([64, 64], 8) };
+    let mut picture = render(&builtin("cornell").unwrap(), options).picture;
+    picture.variance_scale = Some(0.25);
+    let read = |name: &str, coding: Coding| {
+        let path = case.path(name);
+        exr::write_as(&path, &picture, &coding).unwrap();
+        Picture::read(&path).unwrap()
+    };
+    // Bits, as ids are no numbers.
+    let bits = |picture: &Picture, exact: bool| {
+        let layers = picture.layers.iter().filter(|layer| {
+            !exact
+                || ["depth", "position", "variance", "samples"].contains(&layer.name.as_str())
+                || layer.name.starts_with("Crypto")
+        });
+        let channels = layers
+            .flat_map(|layer| layer.channels.iter().map(|(name, values)| (layer.full_name(name), values)));
+        channels
+            .map(|(name, values)| (name, values.iter().map(|value| value.to_bits()).collect()))
+            .collect::<BTreeMap<String, Vec<u32>>>()
+    };
+    for half in [false, true] {
+        let one = read("one.exr", Coding { half, ..Coding::default() });
+        let parts = read("parts.exr", Coding { half, multi_part: true, ..Coding::default() });
+        assert_eq!(parts.rgb, one.rgb);
+        assert_eq!(bits(&parts, false), bits(&one, false), "half: {half}");
+        assert_eq!((&parts.metadata, parts.variance_scale), (&one.metadata, one.variance_scale));
+        let dwaa = Coding { half, compression: Compression::Dwaa, multi_part: true };
+        let losses = read("dwaa.exr", dwaa);
+        assert_eq!(bits(&losses, true), bits(&one, true), "half: {half}");
+        assert_ne!(losses.rgb, one.rgb);
+    }
+    let names = |name: &str| -> Vec<String> {
+        let meta = MetaData::read_from_file(case.path(name), false).unwrap();
+        let name = |header: &Header| header.own_attributes.layer_name.as_ref().map(|name| name.to_string());
+        meta.headers.iter().map(|header| name(header).unwrap_or_default()).collect()
+    };
+    assert_eq!(names("one.exr"), [""]);
+    let parts = names("parts.exr");
+    assert_eq!(parts[0], "rgba");
+    for layer in
+        ["albedo", "normal", "depth", "variance", "samples", "position", "CryptoObject00", "CryptoMaterial02"]
+    {
+        assert!(parts.iter().any(|part| part == layer), "{layer} of {parts:?}");
+    }
+    // Ids name what they stand for, where they are and in the first part.
+    let meta = MetaData::read_from_file(case.path("parts.exr"), false).unwrap();
+    for (index, header) in meta.headers.iter().enumerate() {
+        let keys = header
+            .own_attributes
+            .other
+            .keys()
+            .filter(|key| key.to_string().starts_with("cryptomatte/"))
+            .count();
+        let expected = if index == 0 {
+            8
+        } else if parts[index].starts_with("Crypto") {
+            4
+        } else {
+            0
+        };
+        assert_eq!(keys, expected, "{}", parts[index]);
+    }
+    case.run("render builtin:cornell -i path --size 8x8 --spp 1 --layers cryptomatte --compression dwaa --multi-part -o a.exr")
+        .assert(0, &[]);
 }

@@ -59,6 +59,10 @@ pub struct OutputArgs {
     /// How EXR files are compressed.
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     compression: Compress,
+    /// EXR files have a part for each layer (rgba, albedo, ...), of which Nuke, Blender and others read only what they need.
+    /// With --compression dwaa, ids, depth, positions, variance and samples have parts without losses.
+    #[arg(long)]
+    multi_part: bool,
     /// Bits per channel of PNG files.
     #[arg(long, value_name = "BITS", default_value_t = 8, value_parser = parse_bits)]
     png_bits: u8,
@@ -79,9 +83,10 @@ impl OutputArgs {
     /// What does not go together.
     pub fn apply(&self, options: RenderOptions, linear: bool) -> Result<RenderOptions, InputError> {
         let has = |layer: ExtraLayer| self.layers.contains(&layer);
-        if has(ExtraLayer::Cryptomatte) && self.compression == Compress::Dwaa {
+        if has(ExtraLayer::Cryptomatte) && self.compression == Compress::Dwaa && !self.multi_part {
             return Err(InputError::Usage(
-                "ids of Cryptomatte do not survive a compression with losses; leave out --compression dwaa"
+                "ids of Cryptomatte do not survive a compression with losses; leave out --compression dwaa, or add \
+                 --multi-part, which gives them a part without losses"
                     .into(),
             ));
         }
@@ -120,7 +125,7 @@ impl OutputArgs {
             Compress::Zip => Compression::Zip,
             Compress::Dwaa => Compression::Dwaa,
         };
-        Coding { half: self.half, compression }
+        Coding { half: self.half, compression, multi_part: self.multi_part }
     }
 
     pub fn depth(&self) -> Depth {
