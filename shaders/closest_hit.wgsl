@@ -1,3 +1,6 @@
+#if ray_query
+enable wgpu_ray_query;
+#endif
 #import bind/queue
 #import lib/math
 #import lib/traverse

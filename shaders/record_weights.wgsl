@@ -1,3 +1,6 @@
+#if ray_query
+enable wgpu_ray_query;
+#endif
 #import bind/accel
 #import bind/batch
 #import bind/queue

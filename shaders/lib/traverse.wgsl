@@ -16,6 +16,7 @@
 // One traversal for both questions: the closest hit, and (`#if any_hit`) whether there is a hit at all.
 // Ylitie et al. 2017; the node layout and the order of its bits are those of obvhs.
 
+#if !ray_query
 /// The stack holds at most one group of siblings for each level of the tree; the host checks the depth.
 #if deep_tree
 const STACK_SIZE: u32 = 64u;
@@ -23,6 +24,7 @@ const STACK_SIZE: u32 = 64u;
 const STACK_SIZE: u32 = 16u;
 #endif
 
+#endif
 struct RayHit {
     t: f32,
     triangle: u32,
@@ -30,6 +32,7 @@ struct RayHit {
     b2: f32,
 }
 
+#if !ray_query
 /// The ray in the form that a node's test wants.
 struct BoxRay {
     origin: vec3f,
@@ -122,6 +125,7 @@ fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
     return vec4u(n1.x, n1.y, (hits & 0xff000000u) | (n0.w >> 24u), hits & 0x00ffffffu);
 }
 
+#endif
 #if coincident
 #if !any_hit
 /// What the ray meets where it meets `hit`: of the surfaces in that plane the one in front.
@@ -147,6 +151,9 @@ fn in_front(ray: ShearedRay, direction: vec3f, hit: RayHit) -> RayHit {
 #endif
 #endif
 
+#if ray_query
+#import lib/ray_query
+#else
 #if instances
 #import lib/two_levels
 #else
@@ -217,4 +224,5 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
 #endif
     return hit;
 }
+#endif
 #endif

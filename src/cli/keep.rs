@@ -8,13 +8,14 @@ use clap::Args;
 
 use super::args::{InputError, parse_duration, try_output};
 use super::{CliError, text};
+use crate::device::Traversal;
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::FilmError;
 use crate::film::checkpoint::{SavedRender, most_bytes};
 use crate::film::write::remove_leftovers;
 use crate::integrator::Method;
 use crate::integrator::method::Setting;
-use crate::render::{Keeping, Origin, RenderError, RenderOptions, Renderer, picture_of, take_up};
+use crate::render::{Keeping, Origin, RenderError, RenderOptions, Renderer, maker, picture_of, take_up};
 use crate::scene::Scene;
 
 const HEADING: &str = "Long renders";
@@ -72,6 +73,16 @@ impl KeepArgs {
     /// The file that it goes on from.
     pub fn resumes(&self) -> Option<&Path> {
         self.resume.as_deref()
+    }
+
+    /// What traced the rays of the render that it goes on with.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn traced_by(&self) -> Result<Option<Traversal>, FilmError> {
+        let Some(path) = &self.resume else { return Ok(None) };
+        let header = SavedRender::read_header(path)?;
+        Ok(header.devices.first().map(|made_by| maker(made_by).1))
     }
 
     /// Tries the files that are to be written.

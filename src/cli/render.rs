@@ -129,7 +129,8 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
     if args.keep.keeps() {
         progress::install_warning();
     }
-    let context = progress::watched(&args.picture.device.open(quiet)?, quiet);
+    let device = args.picture.device.tracing_by(args.keep.traced_by()?);
+    let context = progress::watched(&device.open(quiet)?, quiet);
     // Chosen before anything is kept: what is kept names it.
     let chosen = match method {
         Some(_) => None,

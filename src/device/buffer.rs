@@ -11,6 +11,25 @@ use crate::device::DeviceError;
 #[derive(Clone, Default)]
 pub struct BufferTable {
     buffers: BTreeMap<String, wgpu::Buffer>,
+    /// What ray queries go through, under the name that shaders give it.
+    structure: Option<(String, wgpu::Tlas)>,
+}
+
+/// What a kernel binds under a name.
+#[derive(Clone)]
+pub enum Bindable {
+    Buffer(wgpu::Buffer),
+    AccelerationStructure(wgpu::Tlas),
+}
+
+impl Bindable {
+    /// As bind groups take it.
+    pub fn as_binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer(buffer) => buffer.as_entire_binding(),
+            Self::AccelerationStructure(structure) => structure.as_binding(),
+        }
+    }
 }
 
 impl BufferTable {
@@ -133,12 +152,33 @@ impl BufferTable {
         self.buffers.get(name).ok_or_else(|| DeviceError::MissingBuffer { name: name.into() })
     }
 
+    /// What a kernel binds under this name.
+    ///
+    /// # Errors
+    /// [`DeviceError::MissingBuffer`] for an unknown name.
+    pub fn bindable(&self, name: &str) -> Result<Bindable, DeviceError> {
+        match &self.structure {
+            Some((own, structure)) if own == name => Ok(Bindable::AccelerationStructure(structure.clone())),
+            _ => self.get(name).cloned().map(Bindable::Buffer),
+        }
+    }
+
+    /// Puts what ray queries go through under this name.
+    pub fn set_structure(&mut self, name: &str, structure: wgpu::Tlas) {
+        self.structure = Some((name.into(), structure));
+    }
+
+    /// Takes it away again.
+    pub fn remove_structure(&mut self) {
+        self.structure = None;
+    }
+
     /// Lets a second name stand for a buffer (`paths_in` and `paths_out` change places every bounce).
     pub fn share(&mut self, name: &str, buffer: wgpu::Buffer) {
         self.buffers.insert(name.to_string(), buffer);
     }
 
-    /// Takes a name away again, so that no buffer counts twice in [`sizes`](Self::sizes).
+    /// Takes a name away again.
     pub fn unshare(&mut self, name: &str) {
         self.buffers.remove(name);
     }

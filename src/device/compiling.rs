@@ -8,8 +8,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::buffer::Bindable;
 use super::context::Context;
 use super::pipelines::{Compiling, Pipeline, Waiting};
+use super::structure;
 use crate::device::DeviceError;
 
 /// Bytes of each buffer that a kernel is bound to while it is compiled.
@@ -135,7 +137,11 @@ fn dispatch_nothing(context: &Context, name: &str, pipeline: &Pipeline) -> Resul
             mapped_at_creation: false,
         })
     };
-    let bound = pipeline.bind(&context.device, name, |_| Ok(buffer()))?;
+    let mut nothing = |slot: &str| match pipeline.structure.as_deref() == Some(slot) {
+        true => Ok(Bindable::AccelerationStructure(structure::record(context, &[], &mut encoder))),
+        false => Ok(Bindable::Buffer(buffer())),
+    };
+    let bound = pipeline.bind(&context.device, name, &mut nothing)?;
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline.compute);

@@ -8,6 +8,7 @@ use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, PollType};
 
 use super::host_memory::free_memory;
 use super::pipelines::{Compiling, Pipelines};
+use super::traversal::{Traversal, is_gpu, no_ray_queries};
 use super::uuid::{is_uuid, uuid};
 use crate::device::DeviceError;
 
@@ -60,6 +61,10 @@ pub struct Context {
     pub binding: u64,
     /// The most bytes of one page of a scene's buffers: the same, but where tests lower it.
     pub page_bytes: u64,
+    /// How rays are to be traced; it has [`ray_queries`](Self::ray_queries) unless that is by kernels.
+    pub traversal: Traversal,
+    /// Where it could have been otherwise: why it is not.
+    pub no_hardware: Option<String>,
     pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
     pub(super) told_of_compiling: Option<Told>,
@@ -152,22 +157,50 @@ impl Context {
     /// Opens a device without the start-up check.
     ///
     /// # Errors
-    /// As [`adapter`].
-    pub(super) fn unchecked(choice: &DeviceChoice) -> Result<Self, DeviceError> {
+    /// As [`adapter`]; [`DeviceError::NoRayQueries`].
+    pub(super) fn unchecked(choice: &DeviceChoice, traversal: Traversal) -> Result<Self, DeviceError> {
         let instance = instance();
         let adapter = adapter_of(&instance, choice)?;
-        Self::open(instance, &adapter)
+        let info = adapter.get_info();
+        let (traversal, no_hardware) = match (traversal, no_ray_queries(&adapter)) {
+            (Traversal::Compute, _) => (Traversal::Compute, None),
+            (Traversal::Hardware, Some(reason)) => {
+                return Err(DeviceError::NoRayQueries { device: info.name, reason });
+            }
+            (Traversal::Auto, _) if !is_gpu(info.device_type) => {
+                (Traversal::Compute, Some("a software device traces faster by kernels".into()))
+            }
+            (Traversal::Auto, Some(reason)) => (Traversal::Compute, Some(reason)),
+            (wanted, None) => (wanted, None),
+        };
+        let context = Self::open(instance, &adapter, traversal)?;
+        Ok(Self { no_hardware, ..context })
     }
 
     /// Opens an adapter with all of its limits.
-    fn open(instance: wgpu::Instance, adapter: &wgpu::Adapter) -> Result<Self, DeviceError> {
+    fn open(
+        instance: wgpu::Instance,
+        adapter: &wgpu::Adapter,
+        traversal: Traversal,
+    ) -> Result<Self, DeviceError> {
         let info = adapter.get_info();
-        let features = adapter.features() & Features::TIMESTAMP_QUERY;
+        let mut features = adapter.features() & Features::TIMESTAMP_QUERY;
+        let mut experimental_features = wgpu::ExperimentalFeatures::disabled();
+        if traversal != Traversal::Compute {
+            features |= Features::EXPERIMENTAL_RAY_QUERY;
+            // SAFETY: what wgpu asks for is to know that its ray queries may still have faults: they are used where they
+            // are asked for, or have found the same as our kernels; kernels that are guarded by naga's own checks ask
+            // for finite rays only, and read what they find after the query has ended.
+            #[allow(unsafe_code)]
+            {
+                experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
+            }
+        }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("halfway"),
             required_features: features,
             required_limits: adapter.limits(),
-            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            experimental_features,
             memory_hints: wgpu::MemoryHints::Performance,
             trace: wgpu::Trace::Off,
         };
@@ -186,6 +219,8 @@ impl Context {
             memory,
             binding,
             page_bytes: binding,
+            traversal,
+            no_hardware: None,
             pipelines: Pipelines::default(),
             interrupt: None,
             told_of_compiling: None,
@@ -197,7 +232,7 @@ impl Context {
     /// # Errors
     /// The driver has no more.
     pub(super) fn sibling(&self) -> Result<Self, DeviceError> {
-        Self::open(self.instance.clone(), &self.adapter)
+        Self::open(self.instance.clone(), &self.adapter, self.traversal)
     }
 
     /// The same device; from now on `tell` hears of each kernel that a software driver has compiled, from any thread.
@@ -234,6 +269,11 @@ impl Context {
     /// What is under way is to end soon.
     pub fn interrupted(&self) -> bool {
         self.interrupt.as_ref().is_some_and(|interrupt| (interrupt.is_wanted)())
+    }
+
+    /// It was opened with ray queries.
+    pub fn ray_queries(&self) -> bool {
+        self.device.features().contains(Features::EXPERIMENTAL_RAY_QUERY)
     }
 
     /// True for a software device.

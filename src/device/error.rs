@@ -24,6 +24,20 @@ pub enum DeviceError {
          choose another device with --device"
     )]
     CutsLoops { device: String, counts: Vec<u32>, expected: Vec<u32> },
+    #[error(
+        "--traversal hardware cannot be had on {device}: {reason}; update its driver, choose another device (`halfway \
+         devices` says which have ray queries), or let kernels trace: --traversal compute"
+    )]
+    NoRayQueries { device: String, reason: String },
+    #[error(
+        "--traversal hardware cannot be had for this scene: {reason}; let kernels trace it: --traversal compute, or auto"
+    )]
+    NoHardwareTraversal { reason: String },
+    #[error(
+        "the driver builds no acceleration structure for --traversal hardware: {message}; let kernels trace: --traversal \
+         compute"
+    )]
+    AccelerationStructure { message: String },
     #[error("no shader file '{name}'; this is a defect of Halfway, please report it")]
     UnknownShader { name: String },
     #[error("{location}: {message}")]
@@ -78,9 +92,12 @@ impl DeviceError {
     /// Whose fault it is.
     pub fn fault(&self) -> Fault {
         match self {
-            Self::NoAdapter | Self::NotFound { .. } | Self::Open { .. } | Self::CutsLoops { .. } => {
-                Fault::Device
-            }
+            Self::NoAdapter
+            | Self::NotFound { .. }
+            | Self::Open { .. }
+            | Self::CutsLoops { .. }
+            | Self::NoRayQueries { .. }
+            | Self::AccelerationStructure { .. } => Fault::Device,
             Self::UnknownShader { .. }
             | Self::Shader { .. }
             | Self::Pipeline { .. }
@@ -91,7 +108,7 @@ impl DeviceError {
             | Self::SceneTooLarge { .. }
             | Self::OutOfMemory { .. }
             | Self::Lost { .. } => Fault::Machine,
-            Self::TreeTooDeep { .. } => Fault::Input,
+            Self::TreeTooDeep { .. } | Self::NoHardwareTraversal { .. } => Fault::Input,
             Self::Math(error) => error.fault(),
             Self::Scene(error) => error.fault(),
             Self::Abandoned => Fault::Interrupted,

@@ -89,6 +89,7 @@ features! {
         DeepTree deep_tree, [], "the traversal's stack is four times as large";
         // From the device.
         Software software, [], "a workgroup's invocations run one after the other, and a minimum costs three instructions";
+        RayQuery ray_query, [], "the driver's acceleration structure finds what rays meet, in hardware where it has any";
         // From the method, for all its kernels.
         Bidirectional bidirectional, [], "rays carry what bidirectional weights need, 32 bytes each";
         Splats splats, [], "the film adds what light paths brought to its pixels";
@@ -159,6 +160,13 @@ impl Features {
     /// These and some more.
     pub fn with(mut self, more: &[Feature]) -> Self {
         self.extend(more.iter().copied());
+        self
+    }
+
+    /// These without one, which none of them implies.
+    pub fn without(mut self, feature: Feature) -> Self {
+        debug_assert!(self.iter().all(|other| !other.implies().contains(&feature)), "{feature}");
+        self.on &= !feature.bit();
         self
     }
 

@@ -75,7 +75,7 @@ impl Kernel {
     /// [`DeviceError::MissingBuffer`] when `buffers` lacks one; a lost device.
     pub fn bind(&self, context: &Context, buffers: &BufferTable) -> Result<Bound, DeviceError> {
         context.finish_compiling()?;
-        let groups = self.pipeline.bind(&context.device, &self.name, |name| buffers.get(name).cloned())?;
+        let groups = self.pipeline.bind(&context.device, &self.name, |name| buffers.bindable(name))?;
         Ok(Bound {
             name: self.name.clone(),
             pipeline: self.pipeline.compute.clone(),
@@ -107,6 +107,11 @@ fn create(
             Some((binding.group, binding.binding, variable.name.clone().unwrap_or_default()))
         })
         .collect();
+    let is_structure = |variable: &naga::GlobalVariable| {
+        matches!(module.types[variable.ty].inner, naga::TypeInner::AccelerationStructure { .. })
+    };
+    let structure = module.global_variables.iter().find(|(_, variable)| is_structure(variable));
+    let structure = structure.and_then(|(_, variable)| variable.name.clone());
     // Constants a kernel does not declare are those of its siblings.
     let declared: BTreeSet<&str> =
         module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
@@ -114,7 +119,7 @@ fn create(
     let constants: Vec<(String, f64)> =
         constants.iter().filter(declares).map(|&(name, value)| (name.to_string(), value)).collect();
     let compute = context.create_pipeline(name, &stitched.code, &constants)?;
-    let pipeline = Pipeline { compute, slots, workgroup: entry.workgroup_size[0] };
+    let pipeline = Pipeline { compute, slots, structure, workgroup: entry.workgroup_size[0] };
     Ok((pipeline, constants))
 }
 

@@ -10,7 +10,9 @@ pub mod layout;
 pub mod pages;
 pub mod scene;
 pub mod shader;
+pub mod structure;
 pub mod timing;
+pub mod traversal;
 pub mod uuid;
 
 mod compiling;
@@ -24,3 +26,4 @@ pub use features::{Feature, Features};
 pub use kernels::{Bound, Kernel};
 pub use pages::{PagedBuffer, Pages};
 pub use pipelines::Compiling;
+pub use traversal::Traversal;

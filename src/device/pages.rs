@@ -4,7 +4,9 @@
 //! of it, the text stays as it is. Where it takes more, the stitcher puts an array for each page beside the declaration, and
 //! a call of a function that chooses among them in place of each reading: [`paged`].
 
-use super::buffer::BufferTable;
+use wgpu::BufferUsages;
+
+use super::buffer::{BufferTable, read_back};
 use super::context::Context;
 use crate::device::DeviceError;
 
@@ -98,6 +100,24 @@ impl PagedBuffer {
         if page == 0 { self.name().into() } else { format!("{}_{page}", self.name()) }
     }
 
+    /// Its pages, in order.
+    pub fn buffers(self, buffers: &BufferTable) -> impl Iterator<Item = &wgpu::Buffer> {
+        (0..MOST_PAGES).map_while(move |page| buffers.get(&self.page_name(page)).ok())
+    }
+
+    /// Gives its pages back.
+    pub fn remove(self, buffers: &mut BufferTable) {
+        (0..MOST_PAGES).for_each(|page| buffers.unshare(&self.page_name(page)));
+    }
+
+    /// What a device with ray queries does with it beside binding it.
+    fn usage(self, context: &Context) -> BufferUsages {
+        match self == Self::Triangles && context.ray_queries() {
+            true => BufferUsages::STORAGE | BufferUsages::BLAS_INPUT,
+            false => BufferUsages::STORAGE,
+        }
+    }
+
     fn binding(self, page: u32) -> u32 {
         FIRST_BINDING + self as u32 * MOST_PAGES as u32 + page
     }
@@ -112,11 +132,9 @@ impl PagedBuffer {
         buffers: &BufferTable,
     ) -> Result<Vec<T>, DeviceError> {
         let mut all = buffers.read_all(context, self.name())?;
-        for page in (1..MOST_PAGES).map(|page| self.page_name(page)) {
-            if buffers.get(&page).is_err() {
-                break;
-            }
-            all.extend(buffers.read_all::<T>(context, &page)?);
+        for page in self.buffers(buffers).skip(1) {
+            let bytes = read_back(context, page, page.size())?;
+            all.extend(bytemuck::pod_collect_to_vec::<u8, T>(&bytes));
         }
         Ok(all)
     }
@@ -159,7 +177,7 @@ impl<'a> PageWriter<'a> {
             if pages == 1 { bytes } else { buffer.element() << buffer.page_bits(context.page_bytes) };
         for page in 0..pages {
             let rest = (bytes - page * page_size).min(page_size).max(buffer.element());
-            buffers.create(context, &buffer.page_name(page), rest)?;
+            buffers.create_with(context, &buffer.page_name(page), rest, buffer.usage(context))?;
         }
         Ok(Self { context, buffers, buffer, page_size, pages, written: 0, pending: 0 })
     }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::buffer::Bindable;
 use crate::device::DeviceError;
 
 /// What a pipeline is made of: text of the shader, and its constants by name with the bits of their values.
@@ -14,33 +15,35 @@ pub struct Pipeline {
     pub compute: wgpu::ComputePipeline,
     /// Group, binding and name of every buffer the entry point uses.
     pub slots: Vec<(u32, u32, String)>,
+    /// Which of the names is that of an acceleration structure.
+    pub structure: Option<String>,
     /// Invocations a workgroup.
     pub workgroup: u32,
 }
 
 impl Pipeline {
-    /// Its bind groups with their indices; `buffer_of`: the buffer of a name.
+    /// Its bind groups with their indices; `resource_of`: the resource of a name.
     ///
     /// # Errors
-    /// Those of `buffer_of`.
+    /// Those of `resource_of`.
     pub fn bind(
         &self,
         device: &wgpu::Device,
         label: &str,
-        mut buffer_of: impl FnMut(&str) -> Result<wgpu::Buffer, DeviceError>,
+        mut resource_of: impl FnMut(&str) -> Result<Bindable, DeviceError>,
     ) -> Result<Vec<(u32, wgpu::BindGroup)>, DeviceError> {
         let indices: BTreeSet<u32> = self.slots.iter().map(|slot| slot.0).collect();
         let mut groups = Vec::new();
         for group in indices {
-            let mut buffers = Vec::new();
+            let mut resources = Vec::new();
             for (_, binding, name) in self.slots.iter().filter(|slot| slot.0 == group) {
-                buffers.push((*binding, buffer_of(name)?));
+                resources.push((*binding, resource_of(name)?));
             }
-            let entries: Vec<wgpu::BindGroupEntry> = buffers
+            let entries: Vec<wgpu::BindGroupEntry> = resources
                 .iter()
-                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                .map(|(binding, resource)| wgpu::BindGroupEntry {
                     binding: *binding,
-                    resource: buffer.as_entire_binding(),
+                    resource: resource.as_binding(),
                 })
                 .collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {

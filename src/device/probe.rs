@@ -3,15 +3,24 @@
 use super::buffer::BufferTable;
 use super::context::{Context, DeviceChoice};
 use super::kernels::Kernel;
+use super::traversal::Traversal;
 use crate::device::DeviceError;
 
 impl Context {
-    /// Opens a device and runs the start-up check on it.
+    /// Opens a device that traces by kernels, and runs the start-up check on it.
     ///
     /// # Errors
     /// No adapter, none that fits `choice`, or one that computes wrongly.
     pub fn new(choice: &DeviceChoice) -> Result<Self, DeviceError> {
-        let context = Self::unchecked(choice)?;
+        Self::tracing(choice, Traversal::Compute)
+    }
+
+    /// As [`new`](Self::new), with rays traced as is asked for.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`DeviceError::NoRayQueries`].
+    pub fn tracing(choice: &DeviceChoice, traversal: Traversal) -> Result<Self, DeviceError> {
+        let context = Self::unchecked(choice, traversal)?;
         check_loops(&context)?;
         Ok(context)
     }

@@ -84,6 +84,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "lib/nearest_records",
     "lib/path_key",
     "lib/plain_light_rays",
+    "lib/ray_query",
     "lib/record_light",
     "lib/rng",
     "lib/roulette",

@@ -11,7 +11,8 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::halves::HalvesInProgress;
-use super::{LearningTime, Origin, RenderError, RenderOptions, Renderer};
+use super::{LearningTime, Origin, RenderError, RenderOptions, Renderer, made_by, maker};
+use crate::device::Traversal;
 use crate::device::layout::SAMPLES_A_GROUP;
 use crate::film::Layer;
 use crate::film::checkpoint::{Header, Samples, SavedRender};
@@ -96,7 +97,8 @@ fn hash(model: &Arc<Model>) -> String {
 /// Says how the picture of a file differs from that of the options, and the device.
 fn differences(header: &Header, keeping: &Keeping) -> Vec<String> {
     let mut found = header.differences(&keeping.picture);
-    if header.devices != [keeping.origin.device.clone()] {
+    // What traces the scene is known once it is there: `go_on_from` looks at that.
+    if !header.devices.iter().map(|made_by| maker(made_by).0).eq([keeping.origin.device.as_str()]) {
         found.push(format!("device {} there, {} here", header.devices.join(" and "), keeping.origin.device));
     }
     if header.samples.end != keeping.end {
@@ -162,7 +164,7 @@ impl Renderer {
             size: [self.sums.width, self.sums.height],
             // A power of two.
             radiance_exponent: self.radiance_scale.log2().round() as i32,
-            devices: vec![keeping.origin.device.clone()],
+            devices: vec![made_by(&keeping.origin.device, self.report.traversal)],
             command: keeping.command.clone(),
             folder: keeping.folder.clone(),
             metadata: report.metadata(&keeping.origin),
@@ -177,11 +179,20 @@ impl Renderer {
     /// begun.
     ///
     /// # Errors
-    /// A lost device, a file that does not say where its render stood.
+    /// A lost device, a file that does not say where its render stood, or whose rays were traced otherwise.
     pub fn go_on_from(&mut self, path: &Path, saved: SavedRender) -> Result<(), RenderError> {
         let what = "where it stood";
         let unknown = |_| RenderError::UnknownRun { path: path.to_owned(), what };
         let run: Run = serde_json::from_value(saved.header.run).map_err(unknown)?;
+        let traced = saved.header.devices.iter().map(|made_by| maker(made_by).1);
+        if !traced.eq([self.report.traversal]) {
+            let [there, here] = match self.report.traversal {
+                Traversal::Hardware => ["kernels", "hardware"],
+                Traversal::Compute | Traversal::Auto => ["hardware", "kernels"],
+            };
+            let differences = format!("rays were traced by {there} there, by {here} here (--traversal)");
+            return Err(RenderError::OtherRender { path: path.to_owned(), differences });
+        }
         let SavedRender {
             film: FilmState { sums, mut open, groups },
             header: Header { samples, .. },

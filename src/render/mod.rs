@@ -12,9 +12,11 @@ mod memory;
 mod options;
 mod prepared;
 mod published;
+pub mod rays;
 mod renderer;
 mod report;
 mod seen;
+pub mod tracing;
 
 pub use crate::film::state::pixel_sums;
 pub use auto::{Automatic, for_caustics};
@@ -27,5 +29,5 @@ pub use options::RenderOptions;
 pub use prepared::{Prepared, Uploaded};
 pub use published::LIGHT_PATHS_PER_PIXEL as PUBLISHED_LIGHT_PATHS_PER_PIXEL;
 pub use renderer::{LearningTime, MIN_SAMPLES_FOR_ERROR, Renderer};
-pub use report::{DENOISED_ERROR, ERROR, Origin, Report};
+pub use report::{DENOISED_ERROR, ERROR, Origin, Report, made_by, maker};
 pub use seen::SeenLayers;

@@ -8,6 +8,7 @@ use super::caveats::caveats;
 use super::halves::HalvesInProgress;
 use super::meanwhile::SAMPLES_PER_ROUND;
 use super::seen::{Seen, SeenLayers, Surfaces};
+use super::tracing::settle;
 use super::{Budget, LearningTime, PictureMemory, RenderOptions, Renderer, Report, Stop, TimeLimit};
 use crate::accel::{Accel, arranged};
 use crate::device::layout::Camera;
@@ -73,16 +74,18 @@ impl Uploaded {
             SceneMemory::of(&cut, &features).check(context)?;
         }
         let accel = Accel::build(&cut)?;
+        let mut device_scene = DeviceScene::new(context, &cut, &accel, features)?;
+        let traversal = settle(context, &mut device_scene, &cut, &accel)?;
         Ok(Self {
             context: context.clone(),
-            scene: DeviceScene::new(context, &cut, &accel, features)?,
+            scene: device_scene,
             hash: scene.content_hash(),
             warnings: scene.warnings.iter().map(ToString::to_string).collect(),
             has_mirrors: scene.materials.iter().any(Material::is_delta),
             triangles: accel.numbers().count(),
             dropped_triangles: accel.dropped,
             accel_seconds: accel.build_time.as_secs_f64(),
-            choices: cut.repeated.iter().map(held).collect(),
+            choices: cut.repeated.iter().map(held).chain(traversal).collect(),
             surfaces: layers.any().then(|| Arc::new(Surfaces::new(&cut, &accel, layers))),
         })
     }
@@ -185,6 +188,7 @@ impl Prepared {
             dropped_triangles: uploaded.dropped_triangles,
             lights: device_scene.lights.len(),
             features: device_scene.features,
+            traversal: device_scene.traversal(),
             compiled: Vec::new(),
             warnings: uploaded.warnings.clone(),
             caveats: Vec::new(),

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Stop;
+use crate::device::Traversal;
 use crate::film::Attribute;
 use crate::integrator::{Choice, Method, RayCounts};
 use crate::scene::SceneFeatures;
@@ -37,6 +38,8 @@ pub struct Report {
     pub dropped_triangles: usize,
     pub lights: usize,
     pub features: SceneFeatures,
+    /// What traced the rays.
+    pub traversal: Traversal,
     /// What is not shown as the scene's file has it, a line each.
     pub warnings: Vec<String>,
     /// What the method does not show of this scene, or does not know of its own error; a line each.
@@ -68,6 +71,26 @@ pub struct Origin {
     pub command_line: String,
 }
 
+/// Behind the device's name, where its ray queries traced.
+const BY_HARDWARE: &str = ", traversal by hardware";
+
+/// What made samples, as files name it: a device, and what of it traced the rays. Samples of two that differ are of one
+/// picture, and may be merged; a render goes on with its own.
+pub fn made_by(device: &str, traversal: Traversal) -> String {
+    match traversal {
+        Traversal::Hardware => format!("{device}{BY_HARDWARE}"),
+        Traversal::Compute | Traversal::Auto => device.into(),
+    }
+}
+
+/// The device of [`made_by`], and what traced.
+pub fn maker(made_by: &str) -> (&str, Traversal) {
+    match made_by.strip_suffix(BY_HARDWARE) {
+        Some(device) => (device, Traversal::Hardware),
+        None => (made_by, Traversal::Compute),
+    }
+}
+
 impl Report {
     /// For [`Picture::metadata`]. `warnings` and `caveats` are there only where there are any, errors where they are known.
     pub fn metadata(&self, origin: &Origin) -> Vec<(String, Attribute)> {
@@ -80,7 +103,7 @@ impl Report {
             number("seconds", self.seconds),
             number("preprocessingSeconds", self.preprocessing_seconds),
             text("seed", origin.seed.to_string()),
-            text("device", origin.device.clone()),
+            text("device", made_by(&origin.device, self.traversal)),
             text("sceneHash", format!("{:016x}", origin.scene_hash)),
             text("biased", "no".into()),
             number("nonFiniteSamples", self.non_finite as f64),

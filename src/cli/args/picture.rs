@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::{parse_exposure, parse_probability, parse_size};
-use crate::device::{Context, DeviceChoice, DeviceError};
+use crate::device::{Context, DeviceChoice, DeviceError, Traversal};
 use crate::film::Exposure;
 use crate::film::tonemap::ViewTransform;
 use crate::integrator::{DEFAULT_ROULETTE_CAP, View};
@@ -46,15 +46,36 @@ pub struct DeviceArgs {
     /// Device by number, name or uuid:UUID as `halfway devices` lists them, or cpu; auto takes the fastest kind there is.
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
     device: DeviceChoice,
+    /// What finds where rays meet surfaces.
+    #[arg(long, value_name = "HOW", value_enum, default_value_t)]
+    pub traversal: Traversal,
 }
 
 impl DeviceArgs {
+    /// The same; where it is not said what traces, this does.
+    pub fn tracing_by(&self, before: Option<Traversal>) -> Self {
+        let traversal = match self.traversal {
+            Traversal::Auto => before.unwrap_or_default(),
+            said => said,
+        };
+        Self { traversal, ..self.clone() }
+    }
+
+    /// As [`open`](Self::open), for figures that are kept and compared: kernels trace unless it is said otherwise, not what a
+    /// trial finds faster that day.
+    ///
+    /// # Errors
+    /// No such device.
+    pub fn open_to_compare(&self, quiet: bool) -> Result<Context, DeviceError> {
+        self.tracing_by(Some(Traversal::Compute)).open(quiet)
+    }
+
     /// Opens the device and, unless `quiet`, says which it is.
     ///
     /// # Errors
     /// No such device.
     pub fn open(&self, quiet: bool) -> Result<Context, DeviceError> {
-        let context = Context::new(&self.device)?;
+        let context = Context::tracing(&self.device, self.traversal)?;
         if !quiet {
             eprintln!("device: {}", context.describe());
             if context.is_cpu() {

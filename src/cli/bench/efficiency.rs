@@ -10,6 +10,7 @@ use super::reference::{ReferenceArgs, ReferenceFile};
 use super::scene::{BenchScene, BenchSceneArgs};
 use crate::bench::efficiency::{Run, Summary, Work, measure, summary};
 use crate::cli::args::parse_duration;
+use crate::cli::bench::maker_of;
 use crate::cli::text::{command_line, grouped, ratio, short, today};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
@@ -75,9 +76,9 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     let candidates = parse_integrators(&args.integrators)?;
     candidates.iter().try_for_each(Candidate::refuse_denoised)?;
     let store = args.reference.store()?;
-    let context = args.scenes.seen.picture.device.open(true)?;
+    let context = args.scenes.seen.picture.device.open_to_compare(true)?;
     let (today, command) = (today(), command_line());
-    let mut heading = Some(format!("## {today}, {}\n\n`{command}`", context.describe()));
+    let mut heading = Some(format!("## {today}, {}\n\n`{command}`", maker_of(&context)));
     let mut results = Vec::new();
     let mut non_finite = 0;
     for path in &args.scenes.paths {
@@ -112,7 +113,7 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
         }
     }
     if args.json {
-        let device = context.describe();
+        let device = maker_of(&context);
         let all = json!({ "date": today, "device": device, "command": command, "scenes": results });
         println!("{}", serde_json::to_string_pretty(&all)?);
     }

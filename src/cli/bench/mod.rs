@@ -16,6 +16,8 @@ mod trade;
 use clap::{Args, Subcommand};
 
 use crate::cli::{CliError, Exit};
+use crate::device::Context;
+use crate::render::made_by;
 use efficiency::EfficiencyArgs;
 use paper::PaperArgs;
 use rays::RaysArgs;
@@ -41,6 +43,11 @@ enum Bench {
     Paper(Box<PaperArgs>),
     /// Make references as exact as asked, and check each by another integrator.
     Reference(MakeReferenceArgs),
+}
+
+/// What figures are of: the device, and what of it traces. For contexts in which that is the same for all scenes.
+fn maker_of(context: &Context) -> String {
+    made_by(&context.describe(), context.traversal)
 }
 
 /// Runs a benchmark.

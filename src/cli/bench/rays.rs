@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::bench::rays::{RayBench, RaySet};
+use crate::bench::rays::RayBench;
 use crate::cli::args::picture::DeviceArgs;
 use crate::cli::args::{CameraNameArgs, SceneArgs, parse_size};
 use crate::cli::{CliError, Exit};
+use crate::device::Traversal;
+use crate::render::made_by;
+use crate::render::rays::RaySet;
 
 /// Traces rays of three kinds and prints millions per second.
 #[derive(Args, Debug)]
@@ -50,6 +53,9 @@ pub fn run(args: &RaysArgs) -> Result<Exit, CliError> {
         println!("{}", folder.display());
         return Ok(Exit::Done);
     }
+    if !args.json && bench.traversal == Traversal::Hardware {
+        println!("by the device's ray queries:");
+    }
     let mut results = serde_json::Map::new();
     for index in 0..bench.sets.len() {
         let result = bench.measure(&context, index, args.seconds)?;
@@ -66,7 +72,7 @@ pub fn run(args: &RaysArgs) -> Result<Exit, CliError> {
         results.insert(set.name.into(), serde_json::to_value(result)?);
     }
     if args.json {
-        results.insert("device".into(), context.describe().into());
+        results.insert("device".into(), made_by(&context.describe(), bench.traversal).into());
         println!("{}", serde_json::Value::Object(results));
     }
     Ok(Exit::Done)

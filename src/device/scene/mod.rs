@@ -1,5 +1,6 @@
 //! The scene in device memory: exactly the buffers that its features name.
 
+mod hardware;
 mod instances;
 mod lights;
 mod materials;
@@ -21,6 +22,7 @@ use super::context::Context;
 use super::features::{Feature, Features};
 use super::layout::{self, Camera};
 use super::pages::{PageWriter, PagedBuffer, Pages};
+use super::traversal::Traversal;
 use crate::accel::{Accel, AccelTriangle, UnitSpace};
 use crate::device::DeviceError;
 use crate::math::ggx_albedo::GgxAlbedo;
@@ -60,11 +62,24 @@ pub struct DeviceScene {
     instances: bool,
     /// It is on a software device.
     software: bool,
+    /// What its rays are traced by, as far as that is settled.
+    pub tracing: Tracing,
     /// Of its buffers.
     pub pages: Pages,
     /// Of the upload's time, what the environment's map and table took.
     pub environment_time: Duration,
     pub upload_time: Duration,
+}
+
+/// What a scene's rays are traced by.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Tracing {
+    /// By kernels; where it could have been otherwise, why.
+    Compute { reason: Option<String> },
+    /// By ray queries.
+    Hardware { reason: String },
+    /// There is what both need: [`DeviceScene::settle`].
+    Open,
 }
 
 impl DeviceScene {
@@ -91,7 +106,19 @@ impl DeviceScene {
         lights.restrict(&mut features);
 
         let mut target = Target { context, buffers, pages: Pages::default(), constants: Vec::new() };
-        target.upload(PagedBuffer::Nodes, &accel.nodes)?;
+        let obstacle = match context.traversal {
+            Traversal::Compute => context.no_hardware.clone(),
+            _ => hardware::obstacle(accel).map(String::from),
+        };
+        let tracing = match (context.traversal, obstacle) {
+            (Traversal::Hardware, Some(reason)) => return Err(DeviceError::NoHardwareTraversal { reason }),
+            (Traversal::Compute, reason) | (Traversal::Auto, reason @ Some(_)) => Tracing::Compute { reason },
+            (Traversal::Hardware, None) => Tracing::Hardware { reason: "as asked for".into() },
+            (Traversal::Auto, None) => Tracing::Open,
+        };
+        if !matches!(tracing, Tracing::Hardware { .. }) {
+            target.upload(PagedBuffer::Nodes, &accel.nodes)?;
+        }
         let count = accel.triangles.len();
         target.upload_by(PagedBuffer::Triangles, count, 1, |range, words| {
             words.extend(range.map(|index| match &accel.triangles[index] {
@@ -99,6 +126,9 @@ impl DeviceScene {
                 stored => triangle(scene, stored, lights.of_triangle[index]),
             }));
         })?;
+        if !matches!(tracing, Tracing::Compute { .. }) {
+            hardware::build(&mut target, count, &features)?;
+        }
         if !accel.covers.is_empty() {
             target.upload(PagedBuffer::Covers, &accel.covers)?;
         }
@@ -130,10 +160,30 @@ impl DeviceScene {
             thin_gaps: accel.thin_gaps,
             instances: !accel.instances.list.is_empty(),
             software: context.is_cpu(),
+            tracing,
             pages,
             environment_time,
             upload_time: start.elapsed(),
         })
+    }
+
+    /// Traces by ray queries from now on, or by kernels; what the other would need goes.
+    pub fn settle(&mut self, tracing: Tracing) {
+        match tracing {
+            Tracing::Compute { .. } => self.buffers.remove_structure(),
+            Tracing::Hardware { .. } => PagedBuffer::Nodes.remove(&mut self.buffers),
+            Tracing::Open => {}
+        }
+        self.tracing = tracing;
+    }
+
+    /// What traces its rays, once that is settled.
+    pub fn traversal(&self) -> Traversal {
+        match self.tracing {
+            Tracing::Compute { .. } => Traversal::Compute,
+            Tracing::Hardware { .. } => Traversal::Hardware,
+            Tracing::Open => Traversal::Auto,
+        }
     }
 
     /// What all kernels for the scene are compiled with.
@@ -153,6 +203,9 @@ impl DeviceScene {
         }
         if self.software {
             features.insert(Feature::Software);
+        }
+        if matches!(self.tracing, Tracing::Hardware { .. }) {
+            features.insert(Feature::RayQuery);
         }
         features.with_pages(self.pages)
     }

@@ -19,6 +19,7 @@ use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Goal, Plan};
 use crate::cli::args::method::parse_record_share;
 use crate::cli::args::{InputError, parse_duration};
+use crate::cli::bench::maker_of;
 use crate::cli::progress::install_interrupt;
 use crate::cli::text::{command_line, today};
 use crate::cli::{CliError, Exit};
@@ -247,7 +248,7 @@ pub fn run(args: &PaperArgs, quiet: bool) -> Result<Exit, CliError> {
     }
     let file = args.output.join("runs.jsonl");
     install_interrupt();
-    let context = args.seen.picture.device.open(quiet)?;
+    let context = args.seen.picture.device.open_to_compare(quiet)?;
     let mut bench = Bench {
         args,
         lineup: &lineup,
@@ -278,7 +279,7 @@ pub fn run(args: &PaperArgs, quiet: bool) -> Result<Exit, CliError> {
     }
     let paper = Paper {
         date: today(),
-        device: context.describe(),
+        device: maker_of(&context),
         command: command_line(),
         version: env!("CARGO_PKG_VERSION"),
         seeds: args.seeds,

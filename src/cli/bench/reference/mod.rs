@@ -84,7 +84,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
         maker: Some(maker.clone()),
     };
     install_interrupt();
-    let context = args.scenes.seen.picture.device.open(quiet)?;
+    let context = args.scenes.seen.picture.device.open_to_compare(quiet)?;
     let mut exit = Exit::Done;
     for path in &args.scenes.paths {
         let bench_scene = args.scenes.seen.load(path)?;

@@ -11,6 +11,7 @@ use crate::bench::reference::{AccumulatedReference, Reference};
 use crate::cli::CliError;
 use crate::cli::args::{InputError, parse_duration};
 use crate::cli::bench::candidate::Candidate;
+use crate::cli::bench::maker_of;
 use crate::cli::bench::scene::BenchScene;
 use crate::cli::progress::interrupted;
 use crate::cli::text::short;
@@ -265,7 +266,7 @@ impl ReferenceStore {
             ("spp".into(), Attribute::Number(accumulated.samples as f64)),
             ("seconds".into(), Attribute::Number(accumulated.seconds)),
             ("passes".into(), Attribute::Text(passes.join(" "))),
-            ("device".into(), Attribute::Text(context.describe())),
+            ("device".into(), Attribute::Text(maker_of(context))),
             ("sceneHash".into(), Attribute::Text(format!("{:016x}", bench_scene.hash))),
             ("nonFiniteSamples".into(), Attribute::Number(accumulated.non_finite as f64)),
             ("stride".into(), Attribute::Number(f64::from(self.stride))),

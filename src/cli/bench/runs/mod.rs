@@ -11,6 +11,7 @@ use crate::bench::trade::{Checkpoint, Plan, measure};
 use crate::cli::CliError;
 use crate::cli::args::InputError;
 use crate::cli::bench::candidate::Candidate;
+use crate::cli::bench::maker_of;
 use crate::cli::bench::reference::ReferenceFile;
 use crate::cli::bench::scene::BenchScene;
 use crate::cli::progress::{interrupted, learn};
@@ -140,7 +141,7 @@ impl SceneRenders<'_> {
         Ok(RunKey {
             key_version: key::VERSION,
             version: env!("CARGO_PKG_VERSION").into(),
-            device: self.context.describe(),
+            device: maker_of(self.context),
             scene: self.bench_scene.name.clone(),
             scene_hash: format!("{:016x}", self.bench_scene.hash),
             reference: format!("{:016x}", self.reference.hash()),

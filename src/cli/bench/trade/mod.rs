@@ -14,6 +14,7 @@ use clap::Args;
 use crate::bench::speed::SpeedProbe;
 use crate::bench::trade::{Checkpoint, Goal, Plan};
 use crate::cli::args::{InputError, parse_duration};
+use crate::cli::bench::maker_of;
 use crate::cli::bench::reference::ReferenceArgs;
 use crate::cli::bench::runs::{Ask, Drift, Records, SceneRenders, Series, check_longest};
 use crate::cli::bench::scene::BenchSceneArgs;
@@ -117,7 +118,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let file = args.output.join("runs.jsonl");
     let mut records = Records::open(&file)?;
     install_interrupt();
-    let context = args.scenes.seen.picture.device.open(quiet)?;
+    let context = args.scenes.seen.picture.device.open_to_compare(quiet)?;
     let plan = Plan {
         time: Some(args.time),
         samples: args.spp,
@@ -157,7 +158,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     let scenes: Vec<SceneResult> = all.iter().zip(&stored).map(result).collect();
     let trade = Trade {
         date: today(),
-        device: context.describe(),
+        device: maker_of(&context),
         command: command_line(),
         version: env!("CARGO_PKG_VERSION"),
         seeds: args.seeds,
