@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use wgpu::{BufferDescriptor, BufferUsages};
 
 use super::context::Context;
+use super::pipelines::Bindable;
 use crate::device::DeviceError;
 
 /// Named buffers. The names are those of the `var`s in the shaders.
@@ -13,23 +14,6 @@ pub struct BufferTable {
     buffers: BTreeMap<String, wgpu::Buffer>,
     /// What ray queries go through, under the name that shaders give it.
     structure: Option<(String, wgpu::Tlas)>,
-}
-
-/// What a kernel binds under a name.
-#[derive(Clone)]
-pub enum Bindable {
-    Buffer(wgpu::Buffer),
-    AccelerationStructure(wgpu::Tlas),
-}
-
-impl Bindable {
-    /// As bind groups take it.
-    pub fn as_binding(&self) -> wgpu::BindingResource<'_> {
-        match self {
-            Self::Buffer(buffer) => buffer.as_entire_binding(),
-            Self::AccelerationStructure(structure) => structure.as_binding(),
-        }
-    }
 }
 
 impl BufferTable {

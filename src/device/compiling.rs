@@ -8,9 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::buffer::Bindable;
 use super::context::Context;
-use super::pipelines::{Compiling, Pipeline, Waiting};
+use super::pipelines::{Bindable, Compiling, Pipeline, Waiting};
 use super::structure;
 use crate::device::DeviceError;
 

@@ -63,8 +63,6 @@ pub struct Context {
     pub page_bytes: u64,
     /// How rays are to be traced; it has [`ray_queries`](Self::ray_queries) unless that is by kernels.
     pub traversal: Traversal,
-    /// Where it could have been otherwise: why it is not.
-    pub no_hardware: Option<String>,
     pub(super) pipelines: Pipelines,
     interrupt: Option<Interrupt>,
     pub(super) told_of_compiling: Option<Told>,
@@ -162,19 +160,22 @@ impl Context {
         let instance = instance();
         let adapter = adapter_of(&instance, choice)?;
         let info = adapter.get_info();
-        let (traversal, no_hardware) = match (traversal, no_ray_queries(&adapter)) {
-            (Traversal::Compute, _) => (Traversal::Compute, None),
+        let traversal = match (traversal, no_ray_queries(&adapter)) {
+            (Traversal::Compute, _) => Traversal::Compute,
             (Traversal::Hardware, Some(reason)) => {
                 return Err(DeviceError::NoRayQueries { device: info.name, reason });
             }
             (Traversal::Auto, _) if !is_gpu(info.device_type) => {
-                (Traversal::Compute, Some("a software device traces faster by kernels".into()))
+                log::info!("kernels trace rays on {}: a software device is faster by them", info.name);
+                Traversal::Compute
             }
-            (Traversal::Auto, Some(reason)) => (Traversal::Compute, Some(reason)),
-            (wanted, None) => (wanted, None),
+            (Traversal::Auto, Some(reason)) => {
+                log::info!("kernels trace rays on {}: {reason}", info.name);
+                Traversal::Compute
+            }
+            (wanted, None) => wanted,
         };
-        let context = Self::open(instance, &adapter, traversal)?;
-        Ok(Self { no_hardware, ..context })
+        Self::open(instance, &adapter, traversal)
     }
 
     /// Opens an adapter with all of its limits.
@@ -220,7 +221,6 @@ impl Context {
             binding,
             page_bytes: binding,
             traversal,
-            no_hardware: None,
             pipelines: Pipelines::default(),
             interrupt: None,
             told_of_compiling: None,

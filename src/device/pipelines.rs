@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::buffer::Bindable;
 use crate::device::DeviceError;
 
 /// What a pipeline is made of: text of the shader, and its constants by name with the bits of their values.
@@ -19,6 +18,23 @@ pub struct Pipeline {
     pub structure: Option<String>,
     /// Invocations a workgroup.
     pub workgroup: u32,
+}
+
+/// What a kernel binds under a name.
+#[derive(Clone)]
+pub enum Bindable {
+    Buffer(wgpu::Buffer),
+    AccelerationStructure(wgpu::Tlas),
+}
+
+impl Bindable {
+    /// As bind groups take it.
+    pub fn as_binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer(buffer) => buffer.as_entire_binding(),
+            Self::AccelerationStructure(structure) => structure.as_binding(),
+        }
+    }
 }
 
 impl Pipeline {

@@ -21,11 +21,11 @@ pub struct TestRay {
     pub t_max: f32,
 }
 
-/// Rays of one kind: `primary`, `bounce` or `shadow`. Shadow rays ask for any hit, the others for the closest.
+/// Rays of one kind, `primary`, `bounce` or `shadow`. Shadow rays ask for any hit, the others for the closest.
 pub struct RaySet {
     pub name: &'static str,
     pub rays: Vec<TestRay>,
-    any_hit: bool,
+    pub any_hit: bool,
 }
 
 /// The kernels that trace rays of a scene, and their queues.

@@ -35,13 +35,12 @@ pub fn settle(
         let tracing = choose(context, device_scene, scene, accel)?;
         device_scene.settle(tracing);
     }
-    Ok(match &device_scene.tracing {
-        Tracing::Hardware { reason } => Some(Choice::new("traversal", "hardware", reason.as_str())),
-        Tracing::Compute { reason: Some(reason) } => {
-            Some(Choice::new("traversal", "compute", reason.as_str()))
-        }
-        Tracing::Compute { reason: None } | Tracing::Open => None,
-    })
+    let (value, reason) = match &device_scene.tracing {
+        Tracing::Hardware { reason } => ("hardware", reason),
+        Tracing::Compute { reason } => ("compute", reason),
+        Tracing::Open => return Ok(None),
+    };
+    Ok(reason.as_ref().map(|reason| Choice::new("traversal", value, reason.as_str())))
 }
 
 /// What traces the scene's rays faster, where both find the same.
@@ -59,7 +58,10 @@ fn choose(
     let primary = primary_rays(&Camera::new(&device_scene.unit, camera, width, height), SIZE);
     let rays = primary.rays.len() as u64;
     let compute = RayTracer::new(context, device_scene, &[], rays)?;
-    let hardware = RayTracer::new(context, device_scene, &[Feature::RayQuery], rays)?;
+    let hardware = match RayTracer::new(context, device_scene, &[Feature::RayQuery], rays) {
+        Ok(hardware) => hardware,
+        Err(error) => return by_kernels(format!("ray queries do not work here: {error}")),
+    };
     let hits = compute.hits(context, &primary)?;
     let [bounce, shadow] = further_rays(accel, &primary, &hits);
     let mut differing = different(&hits, &hardware.hits(context, &primary)?);
@@ -80,10 +82,10 @@ fn choose(
         seconds[1] += theirs;
     }
     let ratio = seconds[0] / seconds[1];
-    let reason = format!("in a trial ray queries were {ratio:.2} times as fast as kernels");
+    let reason = Some(format!("in a trial ray queries were {ratio:.2} times as fast as kernels"));
     Ok(match ratio > 1.0 {
         true => Tracing::Hardware { reason },
-        false => Tracing::Compute { reason: Some(reason) },
+        false => Tracing::Compute { reason },
     })
 }
 

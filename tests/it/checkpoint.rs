@@ -32,7 +32,7 @@ fn options(method: Method, samples: u32) -> RenderOptions {
     }
 }
 
-fn keeping(scene: &Scene, options: &RenderOptions, end: Option<u32>) -> Keeping {
+pub fn keeping(scene: &Scene, options: &RenderOptions, end: Option<u32>) -> Keeping {
     let origin = Origin {
         method: options.method,
         seed: options.view.seed,

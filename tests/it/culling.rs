@@ -15,7 +15,7 @@ fn wall() -> Mesh {
 }
 
 /// A doll's house: floor, back wall with a lamp on it, and a front wall that the camera is behind.
-fn house(front: Material) -> Scene {
+pub fn house(front: Material) -> Scene {
     let back = shapes::quad(DVec3::new(-1.0, -1.0, -1.0), DVec3::X * 2.0, DVec3::Y * 2.0);
     let screen = shapes::quad(DVec3::new(-0.3, -0.3, -0.9), DVec3::X * 0.6, DVec3::Y * 0.6);
     let floor = Mesh { ..horizontal(2.0, -1.0, true) };

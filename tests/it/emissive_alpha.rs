@@ -17,7 +17,7 @@ const LVCBPT: Method =
     Method::LvcBpt(LvcBpt { light_paths: Some(600), connections: Connections::even(2), light_tracing: true });
 
 /// A square lamp above a point of the floor, always with a texture: one set of kernels for all.
-fn lamp_of(alpha_mode: AlphaMode, alpha: f32, opacities: [u8; 2]) -> Scene {
+pub fn lamp_of(alpha_mode: AlphaMode, alpha: f32, opacities: [u8; 2]) -> Scene {
     let texels = opacities.map(|opacity| [255, 255, 255, opacity]).to_vec();
     let reference = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
     let lamp = Material { alpha, alpha_mode, base_color_texture: Some(reference), ..lamp(1.0) };

@@ -1,9 +1,12 @@
 //! Runs a small kernel of a test on the device: WGSL text that imports `shaders/lib`, buffers in, buffers out.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
+use clap::ValueEnum;
+use halfway::device::context::adapter;
 use halfway::device::shader::stitch_text;
-use halfway::device::{BufferTable, Context, DeviceChoice, Feature, Kernel};
+use halfway::device::traversal::no_ray_queries;
+use halfway::device::{BufferTable, Context, DeviceChoice, Feature, Kernel, Traversal};
 
 /// Devices that no test has now.
 static FREE: Mutex<Vec<&'static Context>> = Mutex::new(Vec::new());
@@ -20,9 +23,27 @@ impl Drop for Lease {
 thread_local! {
     static LEASE: Lease = {
         let free = FREE.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let open = || Context::new(&DeviceChoice::Auto).expect("a Vulkan device that computes rightly");
-        Lease(free.unwrap_or_else(|| Box::leak(Box::new(open()))))
+        Lease(free.unwrap_or_else(|| Box::leak(Box::new(open(traversal())))))
     };
+}
+
+/// How tests trace rays that do not say so: by kernels, or as `HALFWAY_TEST_TRAVERSAL` has it.
+fn traversal() -> Traversal {
+    match std::env::var("HALFWAY_TEST_TRAVERSAL") {
+        Ok(name) => Traversal::from_str(&name, true).expect("auto, compute or hardware"),
+        Err(_) => Traversal::Compute,
+    }
+}
+
+fn open(traversal: Traversal) -> Context {
+    Context::tracing(&DeviceChoice::Auto, traversal).expect("a Vulkan device that computes rightly")
+}
+
+/// A device with ray queries; `None` where there is none.
+pub fn hardware() -> Option<&'static Context> {
+    static HARDWARE: OnceLock<Option<Context>> = OnceLock::new();
+    let has_queries = || no_ray_queries(&adapter(&DeviceChoice::Auto).expect("a device")).is_none();
+    HARDWARE.get_or_init(|| has_queries().then(|| open(Traversal::Hardware))).as_ref()
 }
 
 /// The device of this test. Tests that run at the same time have one each: a software device compiles kernels on its only

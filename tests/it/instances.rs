@@ -45,7 +45,7 @@ fn instances(transforms: impl IntoIterator<Item = DAffine3>) -> Vec<Instance> {
 }
 
 /// A body whose coordinates have few digits, so that whatever moves it by few digits is exact.
-fn pebble() -> Mesh {
+pub fn pebble() -> Mesh {
     let mut mesh = shapes::icosphere(DVec3::ZERO, 1.0, 2);
     mesh.positions.iter_mut().for_each(|p| *p = (*p * 64.0).round() / 64.0);
     mesh.uvs[0] = Some(mesh.positions.iter().map(|p| Vec2::new(p.x as f32, p.y as f32)).collect());
@@ -55,7 +55,7 @@ fn pebble() -> Mesh {
 }
 
 /// Bodies over a floor under a lamp, in places that are moved by `place`.
-fn room(body: Mesh, material: Material, place: impl Fn(u32) -> DAffine3) -> Scene {
+pub fn room(body: Mesh, material: Material, place: impl Fn(u32) -> DAffine3) -> Scene {
     // One triangle, since lights are numbered in the order of the tree.
     let mut above = horizontal(1.5, 3.0, false);
     above.triangles.truncate(1);
@@ -75,7 +75,7 @@ fn room(body: Mesh, material: Material, place: impl Fn(u32) -> DAffine3) -> Scen
     scene
 }
 
-fn textured(material: Material) -> Material {
+pub fn textured(material: Material) -> Material {
     let reference = TextureRef { texture: 0, uv_set: 0, transform: Affine2::from_scale(Vec2::splat(2.5)) };
     Material { base_color_texture: Some(reference), ..material }
 }
@@ -89,7 +89,7 @@ fn exact(i: u32) -> DAffine3 {
 }
 
 /// Turned, stretched and sheared, and every other one is a mirror image.
-fn oblique(i: u32) -> DAffine3 {
+pub fn oblique(i: u32) -> DAffine3 {
     let turn = DMat3::from_euler(EulerRot::XYZ, 0.7 * f64::from(i), 1.1, 0.3 * f64::from(i));
     let mirror = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
     let stretch =
@@ -112,7 +112,7 @@ fn pictures(scene: &Scene, method: Method, size: [u32; 2], samples: u32) -> [Pic
 }
 
 /// Share of values that differ by more than rounding, and by how much the means do.
-fn difference([a, b]: &[Picture; 2]) -> (f64, f64) {
+pub fn difference([a, b]: &[Picture; 2]) -> (f64, f64) {
     let pairs = || a.rgb.as_flattened().iter().zip(b.rgb.as_flattened());
     let apart = pairs().filter(|(a, b)| (*a - *b).abs() > 1e-4 * a.abs().max(b.abs())).count();
     let sum = |picture: &Picture| picture.rgb.as_flattened().iter().map(|&x| f64::from(x)).sum::<f64>();

@@ -43,6 +43,7 @@ mod frozen_paths_subspaces;
 mod fuzz;
 mod gltf_file;
 mod gpu;
+mod hardware;
 mod instances;
 mod judge;
 mod judge_bidirectional;

@@ -94,6 +94,8 @@ fn assert_valid(scenes: impl IntoIterator<Item = Features>) {
                 Feature::ThinGaps,
                 Feature::Instances,
             ],
+            &[Feature::RayQuery],
+            &[Feature::RayQuery, Feature::Coincident, Feature::ThinGaps, Feature::Instances],
         ] {
             for plan in &plans {
                 let forms = forms(plan, scene.with(device));

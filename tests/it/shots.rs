@@ -1,7 +1,7 @@
 //! Pictures of the renderer for tests, and what can be said about their means.
 
 use halfway::device::layout::FilmPixel;
-use halfway::device::{BufferTable, Kernel};
+use halfway::device::{BufferTable, Context, Kernel};
 use halfway::film::tonemap::ViewTransform;
 use halfway::film::{Picture, metric};
 use halfway::integrator::View;
@@ -32,7 +32,12 @@ pub fn options([width, height]: [u32; 2], samples: u32) -> RenderOptions {
 
 /// Renders; no sample of any test may be other than finite.
 pub fn try_render(scene: &Scene, options: RenderOptions) -> Result<Shot, RenderError> {
-    let mut renderer = Renderer::new(gpu::context(), scene, options)?;
+    try_render_on(gpu::context(), scene, options)
+}
+
+/// As [`try_render`], on another device.
+pub fn try_render_on(context: &Context, scene: &Scene, options: RenderOptions) -> Result<Shot, RenderError> {
+    let mut renderer = Renderer::new(context, scene, options)?;
     renderer.run(|_| false)?;
     let shot = Shot { picture: renderer.picture()?, report: renderer.report()? };
     assert_eq!(shot.report.non_finite, 0, "{}: samples that are not finite", scene.name);

@@ -44,7 +44,10 @@ pub fn device_triangle(vertices: [Vec3; 3], flipped: bool) -> layout::Triangle {
 /// The text of a kernel that traces so many rays.
 pub fn tracing(rays: usize) -> String {
     format!(
-        "#import lib/traverse
+        "#if ray_query
+        enable wgpu_ray_query;
+        #endif
+        #import lib/traverse
         struct TestRay {{ origin: vec3f, t_max: f32, direction: vec3f, pad: u32 }}
         @group(1) @binding(0) var<storage, read> rays: array<TestRay>;
         @group(1) @binding(1) var<storage, read_write> found: array<RayHit>;

@@ -74,10 +74,10 @@ pub struct DeviceScene {
 /// What a scene's rays are traced by.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Tracing {
-    /// By kernels; where it could have been otherwise, why.
+    /// By kernels; `reason` where that was not asked for.
     Compute { reason: Option<String> },
-    /// By ray queries.
-    Hardware { reason: String },
+    /// By ray queries; `reason` likewise.
+    Hardware { reason: Option<String> },
     /// There is what both need: [`DeviceScene::settle`].
     Open,
 }
@@ -107,13 +107,13 @@ impl DeviceScene {
 
         let mut target = Target { context, buffers, pages: Pages::default(), constants: Vec::new() };
         let obstacle = match context.traversal {
-            Traversal::Compute => context.no_hardware.clone(),
-            _ => hardware::obstacle(accel).map(String::from),
+            Traversal::Compute => None,
+            Traversal::Auto | Traversal::Hardware => hardware::obstacle(context, accel),
         };
-        let tracing = match (context.traversal, obstacle) {
+        let mut tracing = match (context.traversal, obstacle) {
             (Traversal::Hardware, Some(reason)) => return Err(DeviceError::NoHardwareTraversal { reason }),
             (Traversal::Compute, reason) | (Traversal::Auto, reason @ Some(_)) => Tracing::Compute { reason },
-            (Traversal::Hardware, None) => Tracing::Hardware { reason: "as asked for".into() },
+            (Traversal::Hardware, None) => Tracing::Hardware { reason: None },
             (Traversal::Auto, None) => Tracing::Open,
         };
         if !matches!(tracing, Tracing::Hardware { .. }) {
@@ -127,7 +127,13 @@ impl DeviceScene {
             }));
         })?;
         if !matches!(tracing, Tracing::Compute { .. }) {
-            hardware::build(&mut target, count, &features)?;
+            match hardware::build(&mut target, accel, &features) {
+                Err(DeviceError::AccelerationStructure { message }) if tracing == Tracing::Open => {
+                    let reason = format!("the driver builds no acceleration structure: {message}");
+                    tracing = Tracing::Compute { reason: Some(reason) };
+                }
+                built => built?,
+            }
         }
         if !accel.covers.is_empty() {
             target.upload(PagedBuffer::Covers, &accel.covers)?;
