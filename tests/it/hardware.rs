@@ -29,8 +29,9 @@ use crate::random::Stream;
 use crate::shots::{Shot, options, try_render_on};
 use crate::traversal::uv_sphere;
 
-/// Of the picture whose rays are compared.
+/// Of the picture whose rays are compared; and where rays are cheap.
 const SIZE: [u32; 2] = [160, 160];
+const LARGE: [u32; 2] = [512, 512];
 
 /// The same device, asked to trace by what it does not trace by otherwise.
 fn tracing_by(context: &Context, traversal: Traversal) -> Context {
@@ -63,8 +64,9 @@ impl Both {
     }
 
     fn primary(&self) -> RaySet {
-        let [width, height] = SIZE;
-        primary_rays(&Camera::new(&self.device_scene.unit, &self.scene.cameras[0], width, height), SIZE)
+        let size = if self.accel.triangles.len() < 100 { LARGE } else { SIZE };
+        let [width, height] = size;
+        primary_rays(&Camera::new(&self.device_scene.unit, &self.scene.cameras[0], width, height), size)
     }
 }
 
@@ -136,6 +138,8 @@ fn assert_same_hits(scenes: impl IntoIterator<Item = Scene>, check: impl Fn(&Dif
         let found = differences(context, &scene);
         assert!(found.rays > 1000, "{}: {found:?}", scene.name);
         assert!((found.places + found.shadows) * ONE_DIFFERS <= found.rays, "{}: {found:?}", scene.name);
+        // What is hit is measured by one rule, whoever finds it.
+        assert!(found.bits * ONE_DIFFERS <= found.rays, "{}: {found:?}", scene.name);
         assert!(check(&found), "{}: {found:?}", scene.name);
     }
 }
@@ -143,9 +147,7 @@ fn assert_same_hits(scenes: impl IntoIterator<Item = Scene>, check: impl Fn(&Dif
 #[test]
 fn n29_ray_queries_find_what_kernels_find() {
     let names = ["cornell", "door", "spheres", "glass-slab", "furnace-sphere", "many-lights", "three-lights"];
-    // What is hit is measured by one rule, whoever finds it.
-    let same_bits = |found: &Differences| found.bits * ONE_DIFFERS <= found.rays;
-    assert_same_hits(names.map(|name| builtin(name).expect("a built-in scene")), same_bits);
+    assert_same_hits(names.map(|name| builtin(name).expect("a built-in scene")), |_| true);
 }
 
 /// Surfaces that all but touch, and those in one plane: the driver cannot tell which is nearer, so kernels do.
@@ -164,10 +166,9 @@ fn n29_ray_queries_find_instances() {
     let Some(context) = gpu::hardware() else { return };
     let scene = room(pebble(), grey(0.7), oblique);
     assert!(arranged(&scene).has_instances());
-    // Slivers of a ball's edge are all there is to see of it from the side.
     for context in [context.clone(), context.with_page_bytes(64 * 48)] {
         let found = differences(&context, &scene);
-        assert!((found.places + found.shadows) * 2000 <= found.rays, "{found:?}");
+        assert!((found.triangles + found.bits + found.shadows) * 1000 <= found.rays, "{found:?}");
     }
 }
 
