@@ -10,7 +10,8 @@
 // meets it, and whether that counts, lib/intersect says, so that a hit means what it means anywhere. Where the two do not
 // agree on which side of an edge a ray passes, the driver's word stands: it may have no other triangle there.
 
-const EVERY_INSTANCE: u32 = 0xffu;
+/// The mask of a ray that may meet all there is.
+const EVERYTHING: u32 = 0xffu;
 
 /// The ray, and what the driver gets of it.
 struct QueryRay {
@@ -122,7 +123,7 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
     var query: ray_query;
     // At opaque triangles the driver decides by itself. Where our test refuses what it found, all are looked at.
     for (var attempt = 0u; attempt < 2u; attempt++) {
-        rayQueryInitialize(&query, scene_structure, RayDesc(flags, EVERY_INSTANCE, low, high, begin, direction));
+        rayQueryInitialize(&query, scene_structure, RayDesc(flags, EVERYTHING, low, high, begin, direction));
         while rayQueryProceed(&query) {
             let found = candidate_hit(ray, rayQueryGetCandidateIntersection(&query), hit.t);
             if found.triangle != NO_TRIANGLE {
