@@ -14,7 +14,7 @@ struct LightMis {
     w_over_q: f32,
     /// Density per area of the vertex before it, as the eye's side would sample it, coming from where the ray goes.
     pdf_back: f32,
-    /// Density of an unguided sub-path up to where the ray arrives, over that of this one; 1 without `nominal`.
+    /// Density of an unguided sub-path up to where the ray arrives, over that of this one; 1 where nothing is guided.
     nominal: f32,
     /// Light subspace of the vertex.
     label: u32,

@@ -7,8 +7,9 @@
 
 // Where light paths go: the numbers that a direction (or the place of parallel light) is made of are drawn from a histogram
 // over their square, one for each light subspace, in place of evenly. Weights do not notice: no density of a light path is in
-// them while light paths do not reach the camera (lib/weights_subspaces). After Vorba et al., On-line Learning of Parametric
-// Mixture Models for Light Transport Simulation, ACM TOG 33(4), 2014, in its purpose, not in its model.
+// them but in that of connecting it to the camera, which takes it for unguided (lib/weights_subspaces). After Vorba et al.,
+// On-line Learning of Parametric Mixture Models for Light Transport Simulation, ACM TOG 33(4), 2014, in its purpose, not in
+// its model.
 
 /// A point of the unit square, and its density over that of an even choice.
 struct GuideDraw {

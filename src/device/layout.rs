@@ -226,7 +226,7 @@ device_struct! {
         pub w_over_q: f32,
         /// Density per area of the vertex before it, as the eye's side would sample it.
         pub pdf_back: f32,
-        /// Density of an unguided sub-path up to where the ray arrives, over that of this one; 1 without `nominal`.
+        /// Density of an unguided sub-path up to where the ray arrives, over that of this one; 1 where nothing is guided.
         pub nominal: f32,
         /// Light subspace of the vertex.
         pub label: u32,
