@@ -98,6 +98,15 @@ fn vertex_step(vertex: PathVertex, pdf_back_solid: f32, is_delta: bool) -> f32 {
     return mis_step(vertex.ratio, pdf_back_solid * vertex.to_previous, edge, vertex.pdf_area);
 }
 
+/// An eye vertex as weights by subspaces of its connection to a light vertex know it: all that `ratio` and `edge` hold is the
+/// strategy that connects to the camera, which is weighed by the densities of unguided light paths.
+fn seen_unguided(vertex: PathVertex, nominal: f32) -> PathVertex {
+    var seen = vertex;
+    seen.ratio *= nominal;
+    seen.edge *= nominal;
+    return seen;
+}
+
 /// Whether and how a sub-path goes on.
 struct Bounce {
     goes_on: bool,

@@ -16,15 +16,6 @@
 // One traversal for both questions: the closest hit, and (`#if any_hit`) whether there is a hit at all.
 // Ylitie et al. 2017; the node layout and the order of its bits are those of obvhs.
 
-#if !ray_query
-/// The stack holds at most one group of siblings for each level of the tree; the host checks the depth.
-#if deep_tree
-const STACK_SIZE: u32 = 64u;
-#else
-const STACK_SIZE: u32 = 16u;
-#endif
-
-#endif
 struct RayHit {
     t: f32,
     triangle: u32,
@@ -33,12 +24,19 @@ struct RayHit {
 }
 
 #if !ray_query
+/// The stack holds at most one group of siblings for each level of the tree; the host checks the depth.
+#if deep_tree
+const STACK_SIZE: u32 = 64u;
+#else
+const STACK_SIZE: u32 = 16u;
+#endif
+
 /// The ray in the form that a node's test wants.
 struct BoxRay {
     origin: vec3f,
     inv_direction: vec3f,
     negative: vec3<bool>,
-    /// 7 minus the octant, in every byte: children nearer along the ray get the higher bits.
+    /// 7 minus the octant: children nearer along the ray get the higher bits.
     octant: u32,
 #if instances
     /// Along the ray: what the boxes of a mesh's tree are larger by.

@@ -162,15 +162,6 @@ fn nominal_of(mis: LightMis) -> f32 {
     return mis.nominal;
 }
 
-/// An eye vertex as weights of its connection to a light vertex know it: all that `ratio` and `edge` hold is the strategy that
-/// connects to the camera, which is weighed by the densities of unguided light paths.
-fn seen_unguided(vertex: PathVertex, nominal: f32) -> PathVertex {
-    var seen = vertex;
-    seen.ratio *= nominal;
-    seen.edge *= nominal;
-    return seen;
-}
-
 /// Of the ray in a slot of the queue.
 fn store_light_mis(slot: u32, mis: LightMis) {
     light_mis_out[slot] = mis;

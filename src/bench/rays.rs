@@ -66,9 +66,9 @@ impl RayBench {
     /// A lost device.
     pub fn measure(&mut self, context: &Context, set: usize, seconds: f64) -> Result<Rate, RenderError> {
         let set = &self.sets[set];
-        let hits = match set.name {
-            "shadow" => self.tracer.occluded(context, set)?.into_iter().filter(|&hit| hit).count(),
-            _ => self.tracer.hits(context, set)?.iter().filter(|hit| hit.triangle != u32::MAX).count(),
+        let hits = match set.any_hit {
+            true => self.tracer.occluded(context, set)?.into_iter().filter(|&hit| hit).count(),
+            false => self.tracer.hits(context, set)?.iter().filter(|hit| hit.triangle != u32::MAX).count(),
         };
         let start = Instant::now();
         let mut rounds = 0u32;

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 
 use super::args::InputError;
 use super::saves::Saves;
+use crate::film::heatmap::{VIRIDIS, color};
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
 use crate::render::{RenderError, Renderer};
@@ -103,7 +104,7 @@ fn guides(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(
     let most = strongest.iter().copied().fold(1.0, f64::max);
     log::info!("guides: up to {most:.1} times as many light paths into one direction as without (yellow)");
     let pixel = |seen: &FirstSubspaces| match seen.labels {
-        Some([_, label]) => false_color::scale_pixel(strongest[label as usize].ln() / most.ln().max(1e-9)),
+        Some([_, label]) => color(&VIRIDIS, strongest[label as usize].ln() / most.ln().max(1e-9)),
         None => [0; 3],
     };
     let pixels: Vec<[u8; 3]> = first.iter().map(pixel).collect();

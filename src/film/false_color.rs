@@ -63,11 +63,6 @@ pub fn squares(entries: &[f32], side: usize) -> (u32, Vec<[u8; 3]>) {
     matrix(&all, total)
 }
 
-/// sRGB of a share of the way from the least (dark violet) to the most (yellow).
-pub fn scale_pixel(share: f64) -> [u8; 3] {
-    color(&VIRIDIS, share)
-}
-
 /// The least positive and the largest entry.
 pub fn range(entries: &[f32]) -> [f32; 2] {
     let positive = entries.iter().copied().filter(|entry| *entry > 0.0);
@@ -100,7 +95,7 @@ mod tests {
         let (pixels, picture) = squares(&entries, 2);
         let cell = pixels as usize / 6;
         let at = |x: usize, y: usize| picture[(y * cell + cell / 2) * pixels as usize + x * cell + cell / 2];
-        let [most, least] = [1.0, 0.0].map(scale_pixel);
+        let [most, least] = [1.0, 0.0].map(|share| color(&VIRIDIS, share));
         assert_eq!([at(4, 0), at(3, 0), at(4, 1), at(0, 3)], [most, least, least, least]);
         // Lines between, and no fourth square.
         assert_eq!([at(2, 0), at(0, 2), at(3, 3)], [[0; 3]; 3]);

@@ -83,8 +83,8 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     let light = form.with(&light_features(plan));
     kernels.extend([("light_rays", light), ("light_shade", light)]);
     let nominal = nominal_features(plan);
-    let guided = form.contains(Feature::Subspaces);
-    if guided {
+    let may_guide = form.contains(Feature::Subspaces);
+    if may_guide {
         let guided = light.with(&[Feature::LightGuide]).with(nominal);
         kernels.extend([("light_rays", guided), ("light_shade", guided)]);
     }
@@ -100,7 +100,7 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     if let Some(selector) = plan.selector {
         let connections = form.with(selector.features());
         kernels.extend([("light_scan", form), ("light_order", form), ("light_connections", connections)]);
-        if guided && plan.to_camera {
+        if may_guide && plan.to_camera {
             kernels.push(("light_connections", connections.with(nominal)));
         }
     }

@@ -83,15 +83,6 @@ fn guided_by(path: u32, i: u32) -> f32 {
 #endif
 }
 
-/// An eye vertex, for a connection to x_i.
-fn seen_from(vertex: PathVertex, nominal: f32) -> PathVertex {
-#if nominal
-    return seen_unguided(vertex, nominal);
-#else
-    return vertex;
-#endif
-}
-
 fn point_at(path: u32, i: u32) -> SurfacePoint {
     let vertex = frozen[path].vertices[i - 1u];
     return surface_point(vertex.x, bitcast<f32>(vertex.y), bitcast<f32>(vertex.z));
@@ -196,8 +187,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #if subspaces
     label = source_label(light, at);
 #endif
-    var nominal = nominals[n] / guided_by(path, n - 1u);
-    var mis = light_mis_of_bounce(weight, 0.0, false, label, nominal);
+    var mis = light_mis_of_bounce(weight, 0.0, false, label, nominals[n] / guided_by(path, n - 1u));
     let place = vec2u(0u, label << 16u);
     light_side[n] = source_vertex(kind, index, at, towards_light, weight, pdf_light, ratio, place);
     var medium = 0u;
@@ -235,8 +225,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             pdf_solid = step.pdf_solid * guided;
             previous = step.next;
             medium = medium_towards(point, direction);
-            nominal = nominal_of(mis) / guided;
-            mis = light_mis_of_bounce(throughput, 0.0, is_delta(point), label, nominal);
+            mis = light_mis_of_bounce(throughput, 0.0, is_delta(point), label, nominal_of(mis) / guided);
             throughput *= step.weight / guided;
         }
     }
@@ -275,9 +264,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 connects = !is_delta(point_at(path, i + 1u));
             }
             if connects {
-                weights[first + i + 1u] = connect(
-                    point, seen_from(vertex, nominals[i + 1u]), partials, light_side[i + 1u],
-                ).weight;
+                let seen = seen_unguided(vertex, nominals[i + 1u]);
+                weights[first + i + 1u] = connect(point, seen, partials, light_side[i + 1u]).weight;
             }
         }
         direction = direction_from(path, i);
