@@ -108,7 +108,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if !is_delta {
         sample = sample_light(
             point,
-            random4(key, bounce_dimension(depth, DIMENSION_LIGHT)),
+            path_words(ray.path, bounce_dimension(depth, DIMENSION_LIGHT)),
             random4(key, bounce_dimension(depth, DIMENSION_LIGHT_POINT)),
         );
     }

@@ -6,6 +6,7 @@ const KRONECKER_6 = array<u32, 6>(
     0xe60e2b72u, 0xcebd76dau, 0xb9c9aa3au, 0xa6f5777fu, 0x9609c71fu, 0x86d516e5u,
 );
 /// For the eight points of a group, a lattice: steps of odd eighths, so that each number alone visits every eighth once.
-const LATTICE_8 = array<u32, 8>(
-    0x20000000u, 0x60000000u, 0x20000000u, 0x60000000u, 0xa0000000u, 0x60000000u, 0x20000000u, 0xe0000000u,
+const LATTICE_8 = array<u32, 10>(
+    0x20000000u, 0x60000000u, 0x20000000u, 0x60000000u, 0xa0000000u, 0x60000000u, 0x20000000u, 0xe0000000u, 0x60000000u,
+    0x20000000u,
 );

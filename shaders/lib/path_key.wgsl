@@ -65,7 +65,8 @@ fn path_steps(dimension: u32) -> vec4u {
 #if light_paths
     return vec4u(0u);
 #else
-    // The point of the pixel, the first two directions, the first roulette, and the first vertex's subspaces.
+    // The point of the pixel, the first two directions, the first roulette, and the first vertex's subspaces, or its light
+    // and the point on it.
     switch dimension {
         case DIMENSION_CAMERA: {
             return vec4u(LATTICE_8[0], LATTICE_8[1], 0u, 0u);
@@ -74,7 +75,7 @@ fn path_steps(dimension: u32) -> vec4u {
             return vec4u(LATTICE_8[2], LATTICE_8[3], 0u, LATTICE_8[4]);
         }
         case DIMENSION_LIGHT: {
-            return vec4u(LATTICE_8[7], 0u, 0u, 0u);
+            return vec4u(LATTICE_8[7], 0u, LATTICE_8[8], LATTICE_8[9]);
         }
         case DIMENSION_BSDF + BOUNCE_DIMENSIONS: {
             return vec4u(LATTICE_8[5], LATTICE_8[6], 0u, 0u);

@@ -14,13 +14,13 @@ use crate::gpu;
 /// Light paths: the powers of 1 / x, x^7 = x + 1. Groups: eight points, every number in each eighth once.
 #[test]
 fn steps_are_those_of_the_sequences() {
-    let body = "fn twin(x: array<u32, 1>) -> array<u32, 14> {
-        var all: array<u32, 14>;
+    let body = "fn twin(x: array<u32, 1>) -> array<u32, 16> {
+        var all: array<u32, 16>;
         for (var i = 0u; i < 6u; i++) { var six = KRONECKER_6; all[i] = six[i]; }
-        for (var i = 0u; i < 8u; i++) { var eight = LATTICE_8; all[6u + i] = eight[i]; }
+        for (var i = 0u; i < 10u; i++) { var eight = LATTICE_8; all[6u + i] = eight[i]; }
         return all;
     }";
-    let [all] = gpu::map::<1, 14>(&["lib/kronecker"], body, &[[0]])[..] else { panic!("one answer") };
+    let [all] = gpu::map::<1, 16>(&["lib/kronecker"], body, &[[0]])[..] else { panic!("one answer") };
     let x = (0..200).fold(1.5f64, |x, _| (1.0 + x).powf(1.0 / 7.0));
     for (power, &step) in (1..).zip(&all[..6]) {
         let expected = x.powi(-power).fract() * 2f64.powi(32);
