@@ -9,7 +9,7 @@
 //!
 //! Layers, top may use lower, never the reverse:
 //! `main`, `cli`, `preview` > `bench` > `render` > `training` > `integrator` > `subspace`, `film` > `device` > `accel` >
-//! `scene` > `picture_file` > `math` > `fault`.
+//! `scene` > `picture_file` > `math` > `fault`, `stdout`.
 
 pub mod accel;
 pub mod bench;
@@ -24,5 +24,6 @@ pub mod picture_file;
 pub mod preview;
 pub mod render;
 pub mod scene;
+pub mod stdout;
 pub mod subspace;
 pub mod training;

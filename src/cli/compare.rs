@@ -10,6 +10,7 @@ use super::{CliError, Exit};
 use crate::film::metric::{self, Comparison, NoiseSource};
 use crate::film::tonemap::ViewTransform;
 use crate::film::{FilmError, Picture, heatmap, png};
+use crate::out;
 
 /// What the metrics mean, below the options of `--help`.
 const METRICS: &str = "\
@@ -158,14 +159,14 @@ pub fn run(args: &CompareArgs) -> Result<Exit, CliError> {
     } else {
         print_table(args, &picture, &comparison, view);
         for Excess { metric, value, limit } in &beyond {
-            println!("beyond the limit: {} = {value:.6} > {limit}", metric.name());
+            out!("beyond the limit: {} = {value:.6} > {limit}", metric.name());
         }
     }
     if let Some(path) = &args.heatmap {
         let colors = heatmap::colors(&metric::relative_error(&picture, &reference)?);
         png::write_bytes(path, picture.width, picture.height, &colors)?;
         if !args.json {
-            println!("heat map of the relative error in {}: {}", path.display(), heatmap::LEGEND);
+            out!("heat map of the relative error in {}: {}", path.display(), heatmap::LEGEND);
         }
     }
     Ok(if beyond.is_empty() { Exit::Done } else { Exit::Failed })
@@ -179,7 +180,7 @@ fn print_json(comparison: &Comparison, beyond: &[Excess]) -> Result<(), CliError
         beyond: &'a [Excess],
     }
     let json = serde_json::to_string_pretty(&Report { comparison, beyond })?;
-    println!("{json}");
+    out!("{json}");
     Ok(())
 }
 
@@ -213,8 +214,8 @@ fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, v
         });
     let through = format!("seen through {} at {} EV", value_name(&view), args.exposure);
     let six = |value: f64| format!("{value:.6}");
-    println!("picture    {} ({} x {})", args.picture.display(), picture.width, picture.height);
-    println!("reference  {}", args.reference.display());
+    out!("picture    {} ({} x {})", args.picture.display(), picture.width, picture.height);
+    out!("reference  {}", args.reference.display());
     for (name, value, note) in [
         ("mape", six(comparison.mape), "average relative error".to_owned()),
         (
@@ -229,6 +230,6 @@ fn print_table(args: &CompareArgs, picture: &Picture, comparison: &Comparison, v
         ("psnr", format!("{:.3}", comparison.psnr), format!("dB, {through}")),
         ("flip", six(comparison.flip), format!("0 to 1, {through}")),
     ] {
-        println!("  {name:<15} {value:>12}  {note}");
+        out!("  {name:<15} {value:>12}  {note}");
     }
 }

@@ -42,6 +42,8 @@ pub enum CliError {
     Read { what: &'static str, path: PathBuf, cause: io::Error },
     #[error("cannot write {what} to {path}: {cause}; choose another place or make room")]
     Write { what: &'static str, path: PathBuf, cause: io::Error },
+    #[error("cannot write results to standard output: {cause}; make room, or send them to another file")]
+    Stdout { cause: &'static str },
     /// Some outputs of a render; the others are there.
     #[error("{}", say_outputs(failed, written, rescued.as_deref()))]
     Outputs { failed: Vec<CliError>, written: Vec<PathBuf>, rescued: Option<PathBuf> },
@@ -75,7 +77,9 @@ impl CliError {
             #[cfg(feature = "preview")]
             Self::Preview(error) => error.fault(),
             Self::Read { .. } => Fault::Input,
-            Self::Folder { .. } | Self::Write { .. } | Self::Outputs { .. } => Fault::Machine,
+            Self::Folder { .. } | Self::Write { .. } | Self::Stdout { .. } | Self::Outputs { .. } => {
+                Fault::Machine
+            }
             Self::Json { .. } | Self::Plot { .. } => Fault::Defect,
         }
     }

@@ -15,6 +15,7 @@ use crate::device::scene::{SceneMemory, readable_bytes};
 use crate::device::{DeviceChoice, DeviceError, Feature, Features};
 use crate::integrator::method::Setting;
 use crate::integrator::{PcBpt, View};
+use crate::out;
 use crate::render::{PictureMemory, RenderOptions};
 use crate::scene::{LightKind, Projection, Repeated, Scene, SceneFeatures, Viewpoint, builtin};
 use crate::subspace::Model;
@@ -40,7 +41,7 @@ pub struct InfoArgs {
 /// What the loader reports.
 pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
     if args.builtins {
-        builtin::NAMES.iter().for_each(|name| println!("builtin:{name}"));
+        builtin::NAMES.iter().for_each(|name| out!("builtin:{name}"));
         return Ok(Exit::Done);
     }
     let model = args.model.as_deref().map(Model::read).transpose()?;
@@ -55,14 +56,14 @@ pub fn run(args: &InfoArgs) -> Result<Exit, CliError> {
     }
     if let (Some(path), Some(model)) = (&args.model, &model) {
         if scene.is_some() {
-            println!();
+            out!();
         }
-        println!("model {}", path.display());
-        learnt(model).iter().for_each(|(name, value)| println!("  {name:<19} {value}"));
+        out!("model {}", path.display());
+        learnt(model).iter().for_each(|(name, value)| out!("  {name:<19} {value}"));
         if let Some(mut scene) = scene {
             // As a render would see it.
             Viewpoint::default().choose(&mut scene).map_err(InputError::from)?;
-            println!("  {:<19} {}", "fits the scene", fit(model, scene.content_hash()));
+            out!("  {:<19} {}", "fits the scene", fit(model, scene.content_hash()));
         }
     }
     Ok(Exit::Done)
@@ -75,18 +76,18 @@ fn describe(scene: &Scene) -> Result<(), CliError> {
     contents(scene, &accel);
     repeated(&arranged);
     if !scene.warnings.is_empty() {
-        println!("\nwarnings: {} (--strict refuses faults of the file)", scene.warnings.len());
-        scene.warnings.iter().for_each(|warning| println!("  {warning}"));
+        out!("\nwarnings: {} (--strict refuses faults of the file)", scene.warnings.len());
+        scene.warnings.iter().for_each(|warning| out!("  {warning}"));
     }
-    println!("\nfeatures that the kernels are compiled for:");
+    out!("\nfeatures that the kernels are compiled for:");
     let features = Features::from(SceneFeatures::of(scene));
     let (on, off): (Vec<Feature>, Vec<Feature>) =
         Feature::of_scenes().partition(|&feature| features.contains(feature));
-    on.iter().for_each(|feature| println!("  {:<19} {}", feature.name(), feature.about()));
+    on.iter().for_each(|feature| out!("  {:<19} {}", feature.name(), feature.about()));
     let off: Vec<&str> = off.into_iter().map(Feature::name).collect();
-    println!("  not there, and not compiled: {}", off.join(", "));
-    println!("\nthe path integrator:");
-    limits(scene).iter().for_each(|line| println!("  {line}"));
+    out!("  not there, and not compiled: {}", off.join(", "));
+    out!("\nthe path integrator:");
+    limits(scene).iter().for_each(|line| out!("  {line}"));
     Ok(())
 }
 
@@ -98,20 +99,20 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
         .iter()
         .map(|&(buffer, bytes)| format!("{} {}", buffer.name(), readable_bytes(bytes)))
         .collect();
-    println!("memory that the scene takes, as foretold:");
-    println!("  device {}: {}", readable_bytes(memory.device()), parts.join(", "));
+    out!("memory that the scene takes, as foretold:");
+    out!("  device {}: {}", readable_bytes(memory.device()), parts.join(", "));
     let now = used_memory();
     let host = readable_bytes(now.unwrap_or(0) + memory.host_peak);
-    println!("  host {host} at the peak, before the picture");
+    out!("  host {host} at the peak, before the picture");
     let pixel = |first_hit_layers| {
         let view = View::sized(1, 1);
         let memory = PictureMemory::of(&RenderOptions { view, first_hit_layers, ..RenderOptions::default() });
         memory.device + memory.host
     };
-    println!("  a picture: {} bytes a pixel beside that, {} with an EXR's layers", pixel(false), pixel(true));
+    out!("  a picture: {} bytes a pixel beside that, {} with an EXR's layers", pixel(false), pixel(true));
     let [width, height] = scene.resolution.unwrap_or(DEFAULT_SIZE);
     let records = PcBpt::default().record_cost(width, height);
-    println!(
+    out!(
         "  {} at {width}x{height}: about {} records with tables of about {} light vertices; {:.1} M shadow rays a sample, {}",
         names_of(Setting::Records),
         records.records,
@@ -125,7 +126,7 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
     let is_cpu = info.device_type == wgpu::DeviceType::Cpu;
     if is_cpu {
         let both = readable_bytes(now.unwrap_or(0) + memory.together());
-        println!("  host and device are one here: {both} at the peak");
+        out!("  host and device are one here: {both} at the peak");
     }
     let free = if is_cpu { free_memory() } else { None };
     memory.check_for(page_bytes, limits.max_storage_buffers_per_shader_stage, free)?;
@@ -134,15 +135,15 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
         0 => "in one piece each".to_string(),
         pages => format!("in {pages} bindings more than a small scene"),
     };
-    println!("  it fits {}, {split}", info.name);
+    out!("  it fits {}, {split}", info.name);
     if records.buffer_bytes() > page_bytes {
-        println!(
+        out!(
             "  the tables of records do not, as far as that can be foretold: the device binds {} at once; a smaller \
              --record-share or fewer --light-paths take less",
             readable_bytes(page_bytes)
         );
     }
-    println!();
+    out!();
     Ok(())
 }
 
@@ -284,14 +285,14 @@ fn short(value: f64) -> String {
 
 fn contents(scene: &Scene, accel: &Accel) {
     let vertices: usize = scene.meshes.iter().map(|mesh| mesh.positions.len()).sum();
-    println!("scene {}", scene.name);
-    println!(
+    out!("scene {}", scene.name);
+    out!(
         "  {} triangles, {vertices} vertices in {} meshes; {} without area left out",
         scene.triangle_count(),
         scene.meshes.len(),
         accel.dropped
     );
-    println!(
+    out!(
         "  BVH: {} nodes, {} levels, {:.1} MiB with triangles, built in {:.2} s",
         accel.nodes.len(),
         accel.depth,
@@ -299,7 +300,7 @@ fn contents(scene: &Scene, accel: &Accel) {
         accel.build_time.as_secs_f64()
     );
     let texels: usize = scene.images.iter().map(|image| image.texels.len()).sum();
-    println!(
+    out!(
         "  {} materials, {} images ({:.1} MiB)",
         scene.materials.len(),
         scene.images.len(),
@@ -312,7 +313,7 @@ fn contents(scene: &Scene, accel: &Accel) {
     let emissive: usize =
         scene.meshes.iter().filter(|mesh| emitting(mesh)).map(|mesh| mesh.triangles.len()).sum();
     let coincidence = accel.coincidence;
-    println!(
+    out!(
         "  lights: {emissive} emitting triangles, {} punctual; {} of the former lie in other surfaces, {} are hidden \
          by faces of the same corners",
         scene.lights.len(),
@@ -325,20 +326,20 @@ fn contents(scene: &Scene, accel: &Accel) {
             LightKind::Spot { .. } => "spot",
             LightKind::Directional => "directional",
         };
-        println!("    {kind} '{}'", light.name);
+        out!("    {kind} '{}'", light.name);
     }
     if let Some(environment) = &scene.environment {
-        println!("  environment '{}', {}x{}", environment.name, environment.width, environment.height);
+        out!("  environment '{}', {}x{}", environment.name, environment.width, environment.height);
     }
     if !scene.variants.is_empty() {
-        println!("  variants (--variant NAME): {}", scene.variants.join(", "));
+        out!("  variants (--variant NAME): {}", scene.variants.join(", "));
     }
     for (index, camera) in scene.cameras.iter().enumerate() {
         let projection = match camera.projection {
             Projection::Perspective { yfov } => format!("perspective, {:.1} degrees high", yfov.to_degrees()),
             Projection::Orthographic { ymag, .. } => format!("orthographic, {} units high", 2.0 * ymag),
         };
-        println!("  camera {index} '{}': {projection}", camera.name);
+        out!("  camera {index} '{}': {projection}", camera.name);
     }
 }
 
@@ -346,7 +347,7 @@ fn contents(scene: &Scene, accel: &Accel) {
 fn repeated(scene: &Scene) {
     for repeated in &scene.repeated {
         let Repeated { mesh, triangles, places, reason, .. } = repeated;
-        println!("  mesh '{mesh}', {triangles} triangles in {places} places: {}; {reason}", repeated.held());
+        out!("  mesh '{mesh}', {triangles} triangles in {places} places: {}; {reason}", repeated.held());
     }
 }
 

@@ -26,6 +26,8 @@ mod train;
 
 use clap::{Parser, Subcommand};
 
+use crate::stdout;
+
 pub use error::CliError;
 pub use exit::Exit;
 
@@ -99,7 +101,7 @@ enum Command {
 /// # Errors
 /// What went wrong; [`CliError::fault`] says how the process then ends.
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
-    match &cli.command {
+    let exit = match &cli.command {
         Command::Render(args) => render::run(args, cli.quiet),
         Command::Resume(args) => resume::run(args, cli.quiet),
         Command::Merge(args) => merge::run(args, cli.quiet),
@@ -110,5 +112,9 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args, cli.quiet),
         Command::Devices => Ok(devices::run()),
+    }?;
+    match stdout::fault() {
+        Some(cause) => Err(CliError::Stdout { cause }),
+        None => Ok(exit),
     }
 }

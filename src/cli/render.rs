@@ -23,6 +23,7 @@ use crate::film::checkpoint::SavedRender;
 use crate::film::denoise::Denoiser;
 use crate::film::{Exposure, Lost, Region, tev};
 use crate::integrator::{Choice, Method, View};
+use crate::out;
 use crate::render::{
     Budget, Keeping, NoHalves, Origin, Prepared, Progress, RenderError, RenderOptions, Renderer, Report,
     Stop, TimeLimit,
@@ -442,7 +443,7 @@ impl RenderArgs {
         // Samples tell these.
         layers.retain(|layer| layer.name != "variance" && layer.name != "samples");
         renderer.saved(keeping, layers)?.save(file)?;
-        println!("{}", file.display());
+        out!("{}", file.display());
         summary::warned(report.warnings.len(), &self.scene.scene);
         summary::warn_of_depth(report.rays.deep_paths());
         Ok(self.exit(report, 0, report.stop))

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::CliError;
+use crate::out;
 
 /// What was written, and what was not and why.
 #[derive(Debug, Default)]
@@ -25,7 +26,7 @@ impl Saves {
     /// Takes down what became of the picture, or the folder of them, at `path`. Where there is one, stdout says so.
     pub fn picture(&mut self, path: &Path, result: Result<(), impl Into<CliError>>) {
         if result.is_ok() {
-            println!("{}", path.display());
+            out!("{}", path.display());
         }
         self.report(path, result);
     }

@@ -11,6 +11,7 @@ use super::args::{CameraArgs, InputError, SceneArgs, default_output, try_output}
 use super::{CliError, Exit, progress, summary};
 use crate::integrator::View;
 use crate::integrator::method::{Given, SPCBPT};
+use crate::out;
 use crate::render::{Prepared, RenderOptions};
 use crate::scene::{Scene, SceneFeatures};
 use crate::training::{Training, When};
@@ -76,7 +77,7 @@ pub fn run(args: &TrainArgs, quiet: bool) -> Result<Exit, CliError> {
         summary::trained(&trained);
     }
     summary::warned(scene.warnings.len(), &args.scene.scene);
-    println!("{}", output.display());
+    out!("{}", output.display());
     Ok(Exit::Done)
 }
 

@@ -21,6 +21,7 @@ use super::watch::Watch;
 use super::worker::{Event, Request, Save, Worker};
 use super::{PreviewError, Settings, saving};
 use crate::integrator::METHODS;
+use crate::out;
 use crate::scene::Scene;
 
 /// Time between checks of the scene's files, of interrupts, and of the progress of work in the background.
@@ -255,7 +256,7 @@ impl App {
                 self.saved = Some((saved.slot, saved.view, saved.samples));
                 let names: Vec<String> = saved.paths.iter().map(|path| path.display().to_string()).collect();
                 let method = METHODS[saved.slot].name;
-                names.iter().for_each(|name| println!("{name}"));
+                names.iter().for_each(|name| out!("{name}"));
                 eprintln!("saved: {method}, {} spp", saved.samples);
                 self.show_message(format!("saved: {method}, {} spp: {}", saved.samples, names.join(", ")));
             }
@@ -400,7 +401,7 @@ impl App {
             Action::CopyCamera => {
                 let flags = self.navigator.flags();
                 gui.context.copy_text(flags.clone());
-                println!("{flags}");
+                out!("{flags}");
                 self.show_message(format!("copied: {flags}"));
             }
             Action::FrameAll => {
@@ -443,7 +444,7 @@ impl App {
         // A lost device has no picture any more: the last snapshot is saved in its place.
         if unsaved && self.saved == before {
             for path in saving::save_snapshot(&self.settings, &snapshot, &save)? {
-                println!("{}", path.display());
+                out!("{}", path.display());
             }
         }
         eprintln!("{}", self.frames.summary());

@@ -454,3 +454,19 @@ fn bench_efficiency_refuses_what_makes_no_sense() {
     // The device is open by then.
     case.run("bench efficiency builtin:nowhere").assert(2, &["nowhere", "cornell"]);
 }
+
+/// `halfway info --builtins | head` is no fault; a full disk is one.
+#[test]
+fn results_that_nobody_reads_are_dropped() {
+    let case = Case::new();
+    let mut info = case.command(env!("CARGO_BIN_EXE_halfway"));
+    info.args(["info", "--builtins"]);
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let closed = Run::of(info.stdout(writer).output().expect("halfway runs"));
+    closed.assert(0, &[]);
+    assert!(closed.said.is_empty(), "{}", closed.said);
+    let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+    let full = Run::of(info.stdout(full).output().expect("halfway runs"));
+    full.assert(1, &["cannot write results to standard output: No space left"]);
+}

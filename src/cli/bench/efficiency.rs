@@ -15,6 +15,7 @@ use crate::cli::text::{command_line, grouped, ratio, short, today};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::integrator::View;
+use crate::out;
 use crate::render::{Renderer, Report};
 
 /// What is measured and how, below the options of `--help`.
@@ -107,7 +108,7 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
             results.push(json_of(&bench_scene, &reference, &rows));
         } else {
             if let Some(heading) = heading.take() {
-                println!("{heading}");
+                out!("{heading}");
             }
             print_table(args, &bench_scene, &reference, &rows);
         }
@@ -115,7 +116,7 @@ pub fn run(args: &EfficiencyArgs, quiet: bool) -> Result<Exit, CliError> {
     if args.json {
         let device = maker_of(&context);
         let all = json!({ "date": today, "device": device, "command": command, "scenes": results });
-        println!("{}", serde_json::to_string_pretty(&all)?);
+        out!("{}", serde_json::to_string_pretty(&all)?);
     }
     if non_finite > 0 {
         eprintln!("error: {non_finite} samples were not finite; they are left out of the pictures");
@@ -197,12 +198,13 @@ fn print_table(args: &EfficiencyArgs, bench_scene: &BenchScene, reference: &Refe
     let noise = reference.noise.map_or("taken as exact, its noise is not known".into(), |noise| {
         format!("its own relMSE {} is subtracted", short(noise.relmse))
     });
-    println!(
+    out!(
         "\n**{}**, {width}x{height}, {} rounds; reference: {origin}; {noise}\n",
-        bench_scene.name, args.rounds
+        bench_scene.name,
+        args.rounds
     );
     let first = &rows[0].candidate.label;
-    println!(
+    out!(
         "| integrator | spp | s | MAPE | relMSE | trimmed | efficiency | ratio to {first} | mean ratio | learning | rays | \
          connections | light vertices | MiB |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
     );
@@ -225,6 +227,6 @@ fn print_table(args: &EfficiencyArgs, bench_scene: &BenchScene, reference: &Refe
             grouped(summary.iteration.light_vertices),
             format!("{:.1}", row.bytes() as f64 / f64::from(1 << 20)),
         ];
-        println!("| {} |", columns.join(" | "));
+        out!("| {} |", columns.join(" | "));
     }
 }

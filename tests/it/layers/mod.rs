@@ -14,7 +14,7 @@ use methods::{questions, wildcards};
 
 /// Layers from the bottom up; a module may use its own layer and those before it.
 const LAYERS: &[&[&str]] = &[
-    &["fault"],
+    &["fault", "stdout"],
     &["math"],
     &["picture_file"],
     &["scene"],

@@ -27,6 +27,7 @@ use crate::device::{Context, DeviceError};
 use crate::film::write::write_atomic;
 use crate::integrator::method::Setting;
 use crate::integrator::{Descriptor, METHODS, PcBpt};
+use crate::out;
 use crate::render::RenderError;
 
 use insets::Insets;
@@ -292,6 +293,6 @@ pub fn run(args: &PaperArgs, quiet: bool) -> Result<Exit, CliError> {
     let json = serde_json::to_string_pretty(&paper)?;
     write_atomic(&args.output.join("paper.json"), json.as_bytes())?;
     write_atomic(&page, page::page(&paper, &stem).as_bytes())?;
-    println!("{}", page.display());
+    out!("{}", page.display());
     Ok(Exit::Done)
 }

@@ -17,6 +17,7 @@ use crate::cli::text::{grouped, short};
 use crate::cli::{CliError, Exit};
 use crate::device::Context;
 use crate::film::{Attribute, exr};
+use crate::out;
 
 pub use file::ReferenceFile;
 pub use store::{ReferenceArgs, ReferenceStore};
@@ -112,8 +113,8 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
             exr::write(&reference.path, &reference.picture)?;
         }
         let error = reference.noise.map_or("unknown".into(), |noise| percent(noise.mape));
-        println!("{}: {}; own MAPE {error}", bench_scene.name, reference.origin());
-        println!("  {}\n  {}", reference.checked().unwrap_or_default(), reference.path.display());
+        out!("{}: {}; own MAPE {error}", bench_scene.name, reference.origin());
+        out!("  {}\n  {}", reference.checked().unwrap_or_default(), reference.path.display());
         if reference.number("nonFiniteSamples").is_some_and(|count| count > 0.0) {
             eprintln!("error: {}: some samples were not finite; they are left out", bench_scene.name);
             exit = Exit::NonFinite;

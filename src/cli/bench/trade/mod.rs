@@ -23,6 +23,7 @@ use crate::cli::text::{command_line, today};
 use crate::cli::{CliError, Exit};
 use crate::film::denoise::Denoiser;
 use crate::film::write::write_atomic;
+use crate::out;
 
 use lineup::Lineup;
 use results::{SceneResult, Trade, scene_result};
@@ -180,7 +181,7 @@ pub fn run(args: &TradeArgs, quiet: bool) -> Result<Exit, CliError> {
     for warning in trade.warnings() {
         log::warn!("{warning}");
     }
-    println!("{}", page.display());
+    out!("{}", page.display());
     let non_finite = trade.non_finite();
     if non_finite > 0 {
         eprintln!("error: {non_finite} samples were not finite; they are left out of the pictures");
