@@ -53,6 +53,8 @@ const LEARNING_SHARE: f64 = 1.0 / 3.0;
 /// be ahead.
 const CHOSEN_UP_TO: f64 = 1.1;
 const CHOSEN_UP_TO_WITHOUT_CLOCK: f64 = 0.97;
+/// A denoised picture has about this times the root of the error of the picture: .09 to .28 in docs/denoised.md.
+const DENOISED_OF_ROOT: f64 = 0.16;
 /// A picture of so small an error needs nothing better.
 const CLEAN: f64 = 0.002;
 
@@ -92,7 +94,10 @@ impl Automatic {
         let limits = [
             samples.map(|samples| f64::from(samples) * pixels),
             time.map(|time| pilot.paths_per_second * time.saturating_sub(pilot.time).as_secs_f64()),
-            options.budget.error.map(|error| (sample_error / error).powi(2) * pixels),
+            options
+                .budget
+                .error
+                .map(|error| (sample_error / raw_goal(error, options.halves)).powi(2) * pixels),
         ];
         let paths = limits.into_iter().flatten().reduce(f64::min).unwrap_or(f64::INFINITY);
         let [most, least] = match time {
@@ -192,6 +197,11 @@ impl Prepared {
 /// there is to gain. `sample_error`: of a single sample per pixel.
 fn gain(sample_error: f64) -> f64 {
     (1.4 * sample_error.powf(-0.6)).min(0.8)
+}
+
+/// The error that a picture has which is met for an error of `goal`; `denoised`: what is to have that is the denoised one.
+fn raw_goal(goal: f64, denoised: bool) -> f64 {
+    if denoised { goal.max((goal / DENOISED_OF_ROOT).powi(2)) } else { goal }
 }
 
 /// What a few pixels tell of path tracing.

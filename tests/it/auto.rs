@@ -52,6 +52,17 @@ fn auto_learns_where_that_pays() {
     assert_eq!(name, "spcbpt", "{said}");
 }
 
+/// A denoised picture meets a goal sooner than the picture does: less is worth learning.
+#[test]
+fn auto_knows_that_a_denoised_picture_is_there_sooner() {
+    let budget = Budget { error: Some(0.12), ..Budget::default() };
+    for (halves, integrator) in [(false, "spcbpt"), (true, "path")] {
+        let options = RenderOptions { budget, halves, ..options(SIZE, 1) };
+        let (name, said) = names(&choose(&scene("door"), &options));
+        assert_eq!(name, integrator, "{said}");
+    }
+}
+
 /// Short renders are not held up.
 #[test]
 fn auto_has_no_pilot_where_time_is_short() {
