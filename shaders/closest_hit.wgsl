@@ -24,5 +24,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     camera_way = select(0.0, 1.0, (paths_in[index].depth_medium & 0xffffu) == 0u);
 #endif
     let hit = trace(paths_in[index].origin, paths_in[index].direction, MAX_FLOAT);
+#if counted
+    ray_counts[index] = looked_at;
+#endif
     hits[index] = Hit(hit.t, hit.triangle, hit.b1, hit.b2);
 }

@@ -36,6 +36,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
     let hit = trace(ray.origin, ray.direction, ray.t_max);
+#if counted
+    ray_counts[index] = looked_at;
+#endif
 #if film_pages
     // splat_page takes it from here.
     if hit.triangle != NO_TRIANGLE {

@@ -23,6 +23,12 @@ struct RayHit {
     b2: f32,
 }
 
+#if counted
+#import bind/ray_counts
+
+/// Of the ray so far.
+var<private> looked_at: vec2u;
+#endif
 #if !ray_query
 /// The stack holds at most one group of siblings for each level of the tree; the host checks the depth.
 #if deep_tree
@@ -74,6 +80,9 @@ fn children4(meta4: u32, octant: u32, near: vec4f, far: vec4f) -> u32 {
 
 /// A node's children as bits: inner ones in the high byte by order of visit, triangles in the low 24.
 fn intersect_node(node: u32, ray: BoxRay, t_max: f32) -> vec4u {
+#if counted
+    looked_at.x++;
+#endif
     let words = nodes[node];
     let n0 = words.n0;
     let n1 = words.n1;
@@ -184,6 +193,9 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
                 pending &= ~(1u << bit);
                 let index = found.y + bit;
                 let triangle = triangles[index];
+#if counted
+                looked_at.y++;
+#endif
                 let candidate = intersect_triangle(sheared, triangle.v0, triangle.v1, triangle.v2, hit.t);
                 var found_hit = candidate.t > 0.0;
 #if alpha

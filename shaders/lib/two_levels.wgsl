@@ -68,6 +68,9 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32) -> RayHit {
                 break;
             }
             var index = stored;
+#if counted
+            looked_at.y++;
+#endif
             var v0 = triangle.v0;
             var v1 = triangle.v1;
             var v2 = triangle.v2;

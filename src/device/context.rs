@@ -281,6 +281,11 @@ impl Context {
         self.info.device_type == DeviceType::Cpu
     }
 
+    /// Invocations that go through a kernel together, at most.
+    pub fn subgroup_lanes(&self) -> u32 {
+        self.info.subgroup_max_size.max(1)
+    }
+
     /// Name and driver, as reports print them.
     pub fn describe(&self) -> String {
         format!("{} [{} {}]", self.info.name, self.info.driver, self.info.driver_info)

@@ -102,6 +102,7 @@ features! {
         LambertVertices lambert_vertices, [LambertOnly, Bidirectional], "light vertices of 48 bytes in place of 64";
         // From the method, for single kernels.
         AnyHit any_hit, [], "the traversal ends at the first hit";
+        Counted counted, [], "rays tell what they looked at: for `bench rays`";
         SplatsAtomic splats_atomic, [], "connections add to pixels in any order";
         FilmPages film_pages, [], "a kernel sees a part of the film: the picture is larger than a binding";
         LightPaths light_paths, [], "paths are numbered as light paths";

@@ -38,6 +38,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
     "bind/lights",
     "bind/page",
     "bind/queue",
+    "bind/ray_counts",
     "bind/ray_query",
     "bind/records",
     "bind/splats",

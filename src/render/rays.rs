@@ -57,6 +57,9 @@ impl RayTracer {
         buffers.create(context, "shadow_rays", most_rays * size_of::<ShadowRay>() as u64)?;
         buffers.create(context, "radiance", most_rays * 16)?;
         buffers.create(context, "counts", size_of::<Counts>() as u64)?;
+        if more.contains(&Feature::Counted) {
+            buffers.create(context, "ray_counts", most_rays * 8)?;
+        }
         let closest_hit = closest_hit.bind(context, &buffers)?;
         let occlusion = occlusion.bind(context, &buffers)?;
         Ok(Self { buffers, closest_hit, occlusion })
@@ -119,6 +122,17 @@ impl RayTracer {
         self.load(context, set)?;
         self.dispatch(context, set)?;
         let bytes = self.buffers.read(context, "hits", (set.rays.len() * size_of::<Hit>()) as u64)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
+    /// Traces a set: how many nodes and triangles each ray looks at. The tracer's kernels have [`Feature::Counted`].
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn counts(&self, context: &Context, set: &RaySet) -> Result<Vec<[u32; 2]>, RenderError> {
+        self.load(context, set)?;
+        self.dispatch(context, set)?;
+        let bytes = self.buffers.read(context, "ray_counts", set.rays.len() as u64 * 8)?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 

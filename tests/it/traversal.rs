@@ -2,7 +2,9 @@
 
 use glam::{DVec3, Vec3};
 use halfway::accel::{Accel, AccelTriangle};
+use halfway::bench::rays::{RayBench, Work};
 use halfway::device::{Feature, layout};
+use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{Material, Mesh, Scene};
 
 use crate::gpu;
@@ -120,4 +122,30 @@ pub fn uv_sphere(center: DVec3, radius: f64, rings: u32, segments: u32) -> Mesh 
         }
     }
     Mesh { positions, triangles, ..Mesh::default() }
+}
+
+/// Of rays that look at 4, 2, none and 8 nodes, two go along with the longest of each two.
+#[test]
+fn lanes_are_live_while_their_own_ray_is() {
+    let work = Work::of(&[[4, 1], [2, 0], [0, 0], [8, 3]], 2);
+    assert_eq!(work, Work { nodes_per_ray: 3.5, triangles_per_ray: 1.0, live_lanes: 14.0 / 12.0, lanes: 2 });
+}
+
+/// A wall of two triangles is one node, which every ray looks at; those that hit have looked at a triangle.
+#[test]
+fn rays_tell_what_they_look_at() {
+    let wall = quad(DVec3::new(-0.5, -0.5, 0.0), DVec3::X, DVec3::Y);
+    let cameras = vec![looking_at("camera", DVec3::Z, DVec3::ZERO, 90.0)];
+    let scene = Scene { cameras, ..scene([wall]) };
+    let mut bench = RayBench::new(gpu::context(), &scene, 0, [16, 16]).expect("rays");
+    let rate = bench.measure(gpu::context(), 0, 0.0).expect("a rate");
+    let work = rate.work.expect("kernels that count");
+    assert_eq!((rate.hits, work.nodes_per_ray), (64, 1.0), "{work:?}");
+    assert_eq!(work.live_lanes, f64::from(work.lanes));
+    let triangles = work.triangles_per_ray * 256.0;
+    assert!((64.0..=128.0).contains(&triangles), "{triangles}");
+    // Shadow rays along the wall meet nothing, but look for it.
+    assert!(
+        bench.measure(gpu::context(), 2, 0.0).expect("a rate").work.expect("a count").nodes_per_ray >= 1.0
+    );
 }

@@ -9,10 +9,14 @@ use crate::cli::args::picture::DeviceArgs;
 use crate::cli::args::{CameraNameArgs, SceneArgs, parse_size};
 use crate::cli::{CliError, Exit};
 use crate::device::Traversal;
+use crate::out;
 use crate::render::made_by;
 use crate::render::rays::RaySet;
 
-/// Traces rays of three kinds and prints millions per second.
+/// Traces rays of three kinds and prints millions per second, and what a ray looks at on its way.
+///
+/// Nodes and triangles are counted by kernels of their own. Lanes are live while their own ray looks at nodes, of those that
+/// go along until the longest ray among them is done.
 #[derive(Args, Debug)]
 pub struct RaysArgs {
     #[command(flatten)]
@@ -50,19 +54,25 @@ pub fn run(args: &RaysArgs) -> Result<Exit, CliError> {
         for set in &bench.sets {
             write(folder, set.name, &dump_rays(set))?;
         }
-        println!("{}", folder.display());
+        out!("{}", folder.display());
         return Ok(Exit::Done);
     }
     if !args.json && bench.traversal == Traversal::Hardware {
-        println!("by the device's ray queries:");
+        out!("by the device's ray queries:");
     }
     let mut results = serde_json::Map::new();
     for index in 0..bench.sets.len() {
         let result = bench.measure(&context, index, args.seconds)?;
         let set = &bench.sets[index];
         if !args.json {
-            println!(
-                "{:<8} {:>8.3} Mrays/s   {} rays, {} hits",
+            let work = result.work.map_or_else(String::new, |work| {
+                format!(
+                    "; a ray looks at {:.1} nodes and {:.1} triangles, {:.1} of {} lanes live",
+                    work.nodes_per_ray, work.triangles_per_ray, work.live_lanes, work.lanes
+                )
+            });
+            out!(
+                "{:<8} {:>8.3} Mrays/s   {} rays, {} hits{work}",
                 set.name,
                 result.mrays_per_second,
                 set.rays.len(),
@@ -73,7 +83,7 @@ pub fn run(args: &RaysArgs) -> Result<Exit, CliError> {
     }
     if args.json {
         results.insert("device".into(), made_by(&context.describe(), bench.traversal).into());
-        println!("{}", serde_json::Value::Object(results));
+        out!("{}", serde_json::Value::Object(results));
     }
     Ok(Exit::Done)
 }
