@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use glam::Vec3;
 
 use super::args::InputError;
 use super::saves::Saves;
@@ -10,12 +11,14 @@ use crate::film::heatmap::{VIRIDIS, color};
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
 use crate::render::{RenderError, Renderer};
+use crate::subspace::CentroidMove;
 use crate::subspace::guide::GUIDE_SIDE;
 
 /// What to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Debug {
-    /// The eye and light subspaces of what is seen first, and Gamma (spcbpt).
+    /// The eye and light subspaces of what is seen first with their centroids, black as they were drawn and white where they were
+    /// moved to, and Gamma (spcbpt).
     Subspaces,
     /// Where guided light paths go, as squares of directions by light subspace, and how far what is seen first guides them
     /// (spcbpt).
@@ -57,6 +60,8 @@ impl Debug {
 
 const SIDES: [&str; 2] = ["eye-subspaces", "light-subspaces"];
 const GAMMA: &str = "gamma";
+/// Pictures of this width have marks of more than a pixel.
+const LEAST_MARKED: usize = 320;
 const GUIDES: [&str; 2] = ["guides", "guided"];
 
 fn subspaces(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {
@@ -79,7 +84,8 @@ fn subspaces(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Resul
         let pixel = |(index, seen): (usize, &FirstSubspaces)| {
             false_color::label_pixel(seen.labels.map(|labels| labels[side]), seen.facing(normal(index)))
         };
-        let pixels: Vec<[u8; 3]> = first.iter().enumerate().map(pixel).collect();
+        let mut pixels: Vec<[u8; 3]> = first.iter().enumerate().map(pixel).collect();
+        mark_centroids(&mut pixels, picture.width as usize, &first, &model.centroids[side]);
         let path = beside(output, name);
         saves.picture(&path, png::write_bytes(&path, picture.width, picture.height, &pixels));
     }
@@ -89,6 +95,39 @@ fn subspaces(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Resul
     let path = beside(output, GAMMA);
     saves.picture(&path, png::write_bytes(&path, side, side, &pixels));
     Ok(())
+}
+
+/// Marks centroids where what is seen lies nearest to them: black as they were drawn, white where they were moved to.
+fn mark_centroids(
+    pixels: &mut [[u8; 3]],
+    width: usize,
+    first: &[FirstSubspaces],
+    centroids: &[CentroidMove],
+) {
+    let height = pixels.len() / width;
+    let spot = |position: Vec3| {
+        let nearest = |(pixel, seen): (usize, &FirstSubspaces)| {
+            seen.labels.map(|_| (Vec3::from(seen.position).distance(position), pixel))
+        };
+        let (distance, pixel) =
+            first.iter().enumerate().filter_map(nearest).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        // Where a neighbour in the picture is not farther away than the centroid, that one is out of sight.
+        let beside = if pixel % width + 1 < width { pixel + 1 } else { pixel.saturating_sub(1) };
+        let apart = Vec3::from(first[beside].position).distance(first[pixel].position.into());
+        (distance <= 2.0 * apart).then_some(pixel)
+    };
+    let radius = width / LEAST_MARKED;
+    let mut mark = |position: Vec3, color: [u8; 3]| {
+        let Some(center) = spot(position) else { return };
+        let (x, y) = (center % width, center / width);
+        for row in y.saturating_sub(radius)..(y + radius + 1).min(height) {
+            for column in x.saturating_sub(radius)..(x + radius + 1).min(width) {
+                pixels[row * width + column] = color;
+            }
+        }
+    };
+    centroids.iter().for_each(|centroid| mark(centroid.drawn, [0; 3]));
+    centroids.iter().for_each(|centroid| mark(centroid.moved, [255; 3]));
 }
 
 fn guides(renderer: &mut Renderer, output: &Path, saves: &mut Saves) -> Result<(), RenderError> {

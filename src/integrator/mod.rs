@@ -74,6 +74,8 @@ pub struct FirstSubspaces {
     pub labels: Option<[u32; 2]>,
     /// Unit vector of the ray.
     pub world_direction: [f32; 3],
+    /// What it meets, in unit space.
+    pub position: [f32; 3],
 }
 
 impl FirstSubspaces {

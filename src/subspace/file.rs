@@ -8,10 +8,12 @@
 
 use std::path::Path;
 
+use glam::Vec3;
+
 use super::connections::{Connections, MAX_CONNECTIONS};
 use super::gamma::{Loss, Tried};
 use super::guide::{GUIDE_CELLS, LightGuide};
-use super::model::{Counts, Model, Seconds, TrainingReport};
+use super::model::{CentroidMove, Counts, Model, Seconds, TrainingReport};
 use super::settings::{MOST_SUBSPACES, Optimiser, Settings};
 use super::sources::SourceLabels;
 use super::tree::Tree;
@@ -21,7 +23,7 @@ use crate::subspace::SubspaceError;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Magic, version, scene hash, length; the checksum follows.
 const HEADER: usize = 28;
 
@@ -164,6 +166,12 @@ fn encode(model: &Model) -> Vec<u8> {
             out.u32(node.child_kind);
         }
     }
+    for side in &model.centroids {
+        out.u32(side.len() as u32);
+        for position in side.iter().flat_map(|centroid| [centroid.drawn, centroid.moved]) {
+            out.u32s(&position.to_array().map(f32::to_bits));
+        }
+    }
     out.u32(model.sources.len() as u32);
     model.sources.iter().for_each(|of| out.u32s(&[of.first, of.divisions]));
     model.gamma.iter().chain(&model.q).for_each(|x| out.u32(x.to_bits()));
@@ -200,6 +208,12 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
         Tree::from_nodes(from.list(count, 16, node)?, TREE_MAX_DEPTH, subspaces)
     };
     let (eye_tree, light_tree) = (tree()?, tree()?);
+    let mut side = || {
+        let position = |from: &mut Reader| Some(Vec3::new(from.f32()?, from.f32()?, from.f32()?));
+        let count = from.u32()? as usize;
+        from.list(count, 24, |from| Some(CentroidMove { drawn: position(from)?, moved: position(from)? }))
+    };
+    let centroids = [side()?, side()?];
     let count = from.u32()? as usize;
     let sources =
         from.list(count, 8, |from| Some(SourceLabels { first: from.u32()?, divisions: from.u32()? }))?;
@@ -241,6 +255,7 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
         subspaces,
         eye_tree,
         light_tree,
+        centroids,
         sources,
         gamma,
         q,

@@ -30,7 +30,7 @@ pub use connections::{Connections, MAX_CONNECTIONS};
 pub use error::SubspaceError;
 pub use guide::LightGuide;
 pub use judge::relative_loss;
-pub use model::{GammaTables, Model, TrainingReport};
+pub use model::{CentroidMove, GammaTables, Model, TrainingReport};
 pub use settings::{LEAST_UNIFORM_SHARE, Optimiser, Settings};
 pub use sources::SourceLabels;
 pub use train::train;

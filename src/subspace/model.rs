@@ -1,5 +1,6 @@
 //! What a training leaves: everything that is fixed while an iteration runs.
 
+use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -27,6 +28,8 @@ pub struct Model {
     pub subspaces: u32,
     pub eye_tree: Tree,
     pub light_tree: Tree,
+    /// Of the eye subspaces, and of those of light paths' surfaces.
+    pub centroids: [Vec<CentroidMove>; 2],
     /// Of each light of the device's list.
     pub sources: Vec<SourceLabels>,
     /// K x K, a row an eye subspace; every row sums to one, the uniform share mixed in.
@@ -36,6 +39,15 @@ pub struct Model {
     /// Where light paths go; `None` where that is worth nothing.
     pub guide: Option<LightGuide>,
     pub report: TrainingReport,
+}
+
+/// The position of a centroid, in unit space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CentroidMove {
+    /// As it was drawn.
+    pub drawn: Vec3,
+    /// The middle of what is nearest to it.
+    pub moved: Vec3,
 }
 
 /// Gamma as the device draws from it.
@@ -59,6 +71,7 @@ impl Model {
             subspaces: 1,
             eye_tree: Tree::single(0),
             light_tree: Tree::single(0),
+            centroids: Default::default(),
             sources: vec![SourceLabels { first: 0, divisions: 1 }; input.lights.len()],
             gamma: vec![1.0],
             q: vec![1.0],

@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::centroid::{Centroids, largest_variance, systematic};
 use super::gamma::{Neighbours, Problem, ProblemBuilder, Term, optimise};
 use super::guide::GuideInput;
-use super::model::{Counts, Model, Seconds, TrainingReport};
+use super::model::{CentroidMove, Counts, Model, Seconds, TrainingReport};
 use super::normaliser::Normaliser;
 use super::prepare::{PathWeight, check_lights, weigh};
 use super::settings::Settings;
@@ -53,7 +54,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         LightEnd::Surface(feature) => Some(feature),
         LightEnd::Source { .. } => None,
     };
-    let ((eye_centroids, eye_tree), (light_centroids, light_tree)) = rayon::join(
+    let ((eye_centroids, eye_tree, eye_moves), (light_centroids, light_tree, light_moves)) = rayon::join(
         || classify(input, &taught, eye, subspaces, &settings),
         || classify(input, &taught, light, surfaces, &settings),
     );
@@ -147,6 +148,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         subspaces,
         eye_tree,
         light_tree,
+        centroids: [eye_moves, light_moves],
         sources,
         gamma,
         q,
@@ -188,11 +190,11 @@ fn classify(
     feature_of: impl Fn(&TrainingNode) -> Option<Feature> + Sync,
     count: u32,
     settings: &Settings,
-) -> (Centroids, Tree) {
+) -> (Centroids, Tree, Vec<CentroidMove>) {
     let feature = |node: u32| feature_of(&set.nodes()[node as usize]);
     let side: Vec<(u32, f64)> = taught.iter().copied().filter(|(node, _)| feature(*node).is_some()).collect();
     let drawn = systematic(side.iter().map(|(_, weight)| *weight), count, seed);
-    let centroids = drawn.iter().filter_map(|&at| feature(side[at as usize].0)).collect();
+    let drawn: Vec<Feature> = drawn.iter().filter_map(|&at| feature(side[at as usize].0)).collect();
     let variance = largest_variance(side.iter().filter_map(|(node, _)| feature(*node)).map(|f| f.position));
     let most = settings.tree_samples.max(1) as usize;
     let samples: Vec<(Feature, f64)> = (0..side.len().min(most))
@@ -201,8 +203,9 @@ fn classify(
         .filter_map(|(node, weight)| Some((feature(node)?, weight)))
         .collect();
     let features: Vec<Feature> = samples.iter().map(|(feature, _)| *feature).collect();
-    let centroids = Centroids::new(centroids, variance, settings.direction_weight)
-        .relaxed(&features, settings.lloyd_steps);
+    let before: Vec<Vec3> = drawn.iter().map(|feature| feature.position).collect();
+    let centroids =
+        Centroids::new(drawn, variance, settings.direction_weight).relaxed(&features, settings.lloyd_steps);
     let labels: Vec<u32> = features.par_iter().map(|feature| centroids.nearest(feature)).collect();
     let growth = Growth {
         depth: settings.tree_depth,
@@ -210,7 +213,9 @@ fn classify(
         direction: settings.direction_weight > 0.0,
     };
     let tree = Tree::grow(&samples, &labels, growth);
-    (centroids, tree)
+    let moves = before.iter().zip(centroids.features());
+    let moves = moves.map(|(&drawn, feature)| CentroidMove { drawn, moved: feature.position }).collect();
+    (centroids, tree, moves)
 }
 
 /// Which of the subspaces are alike. Points on lights have no centroid: the light from one of them is a poor guide

@@ -207,6 +207,7 @@ fn debug_shows_the_subspaces() {
         let picture = case.picture(name);
         assert_eq!((picture.width, picture.height), (32, 32));
         assert!(picture.rgb.contains(&[0.0; 3]), "{name} has no lamp");
+        assert!(picture.rgb.contains(&[1.0; 3]), "{name} has no centroid");
         assert!(hues(&picture) > 4, "{name} has {} hues", hues(&picture));
     }
     let gamma = case.picture("out.gamma.png");

@@ -155,6 +155,7 @@ fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, rando
         subspaces: SUBSPACES,
         eye_tree,
         light_tree,
+        centroids: Default::default(),
         sources,
         gamma,
         q,

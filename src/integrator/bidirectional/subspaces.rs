@@ -1,5 +1,7 @@
 //! What connecting by subspaces needs on the device: the model, and the light cache sorted by light subspace.
 
+use glam::Vec3;
+
 use crate::device::layout::{Hit, PathRay, Triangle};
 use crate::device::{Bound, Context, DeviceError, Kernel, PagedBuffer};
 use crate::subspace::Model;
@@ -131,9 +133,14 @@ impl Subspaces {
             let hits: Vec<Hit> = wavefront.buffers.read_elements(context, "hits", count)?;
             let labels: Vec<[u32; 2]> = wavefront.buffers.read_elements(context, "eye_labels", count)?;
             all.extend(rays.iter().zip(&hits).zip(labels).map(|((ray, hit), labels)| {
-                // Where nothing is met there is no such triangle.
-                let dark = triangles.get(hit.triangle as usize).is_some_and(|triangle| triangle.light == 0);
-                FirstSubspaces { labels: dark.then_some(labels), world_direction: ray.direction }
+                // Triangles of instances have numbers beyond those that are stored; none of them emits.
+                let dark = triangles.get(hit.triangle as usize).is_none_or(|triangle| triangle.light == 0);
+                let position = Vec3::from(ray.origin) + hit.t * Vec3::from(ray.direction);
+                FirstSubspaces {
+                    labels: (hit.triangle != u32::MAX && dark).then_some(labels),
+                    world_direction: ray.direction,
+                    position: position.to_array(),
+                }
             }));
         }
         Ok(all)
