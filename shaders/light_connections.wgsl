@@ -11,10 +11,14 @@
 #if own_light_path
 #import lib/select_own_path
 #else
+#if at_records
+#import lib/select_one_record
+#else
 #if records
 #import lib/select_records
 #else
 #import lib/select_uniform
+#endif
 #endif
 #endif
 #endif
@@ -67,9 +71,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye_vertex.world_from);
     let through = transmittance(medium, hit.t);
+#if at_records
+    let arrived = absorb(load_eye_partials(index, depth), through);
+    let partials = with_choice(arrived, selection.light, selection.choice);
+    let alone = weight_alone(partials);
+#else
     let partials = absorb(load_eye_partials(index, depth), through);
+    let alone = 1.0;
+#endif
     let connection = connect(eye_point, eye_vertex, partials, light_vertex);
-    let weight = select(1.0, connection.weight, batch.weighted != 0u);
+    let weight = select(alone, connection.weight, batch.weighted != 0u);
     let contribution = ray.throughput * through * connection.light * (weight * selection.inv_density);
     if !any(contribution != vec3f(0.0)) {
         return;

@@ -106,6 +106,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         );
         keep_nominal(slot, emission.nominal_pick);
     }
+#if at_records
+    light_ends_in[path] = slot;
+#endif
 #endif
 #if light_only
     connect_camera(path, emission);

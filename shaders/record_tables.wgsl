@@ -11,6 +11,17 @@ const TABLE_UNITS: f32 = 0x1p+31;
 /// Sums by blocks: the error of a plain sum grows with the number of vertices.
 const BLOCK: u32 = 64u;
 
+/// Whole units of a table of so many.
+fn units_of(weight: f32, total: f32, units: f32) -> u32 {
+    let share = u32(weight / total * units);
+#if at_records
+    // What weights count has to be drawn.
+    return max(share, select(0u, 1u, weight > 0.0 && units > 0.0));
+#else
+    return share;
+#endif
+}
+
 @compute @workgroup_size(SCAN_THREADS)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let record = group.x + group.y * 65535u;
@@ -40,11 +51,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
 #endif
     var sum = 0u;
     for (var i = first; i < end; i++) {
-        sum += u32(record_weights[i] / total * units);
+        sum += units_of(record_weights[i], total, units);
     }
     var running = workgroup_scan(thread, sum) - sum;
     for (var i = first; i < end; i++) {
-        running += u32(record_weights[i] / total * units);
+        running += units_of(record_weights[i], total, units);
         record_ends[i] = running;
     }
 }

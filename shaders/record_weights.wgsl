@@ -7,12 +7,12 @@ enable wgpu_ray_query;
 #import lib/hit
 #import lib/math
 #import lib/record_light
-#import lib/traverse
+#import lib/record_sight
+#if at_records
+#import lib/record_shares
+#endif
 
 // The light that each vertex of the light cache brings to each record: an invocation and a ray for each pair.
-
-/// What is hidden from a record may be seen from where it is asked: so much of its light counts. Su, Li, Wang's code has it.
-const HIDDEN_SHARE: f32 = 0.02;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -30,15 +30,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let link = link_to(point, light_vertex, kind);
     var light = record_light(record, point, light_vertex, kind, link);
     if is_drawable(light) {
-        let shadow = link_ray(point, link, kind);
-#if alpha
-        // What is half there or more hides.
-        alpha_word = 0x80000000u;
-#endif
-        let hit = trace(shadow.origin, shadow.direction, shadow.t_max);
-        light *= select(HIDDEN_SHARE, 1.0, hit.triangle == NO_TRIANGLE);
+        light *= seen_share(point, link, kind);
     } else {
         light = 0.0;
     }
+#if at_records
+    light = counted(light);
+#endif
     record_weights[index * vertices + place] = light;
 }

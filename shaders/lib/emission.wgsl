@@ -42,6 +42,17 @@ fn emission_pdf_solid(point: SurfacePoint, direction: vec3f) -> f32 {
     return max(select(cosine, abs(cosine), sides == 2.0), 0.0) * INV_PI / sides;
 }
 
+#if area_lights
+/// Share of what a surface emits that leaves it in a direction.
+fn emission_share(point: SurfacePoint, direction: vec3f) -> f32 {
+    var share = select(0.0, 1.0, emission_pdf_solid(point, direction) > 0.0);
+#if coincident
+    share *= uncovered(point, direction);
+#endif
+    return share;
+}
+#endif
+
 #if punctual_lights
 /// Intensity of a point or spot light in a direction, as a share of its largest.
 fn emission_falloff(light: PunctualLight, direction: vec3f, is_spot: bool) -> f32 {

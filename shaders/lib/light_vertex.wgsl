@@ -1,4 +1,7 @@
 #import bind/light_cache
+#if at_records
+#import bind/light_ends
+#endif
 #import lib/subpath
 #import lib/weights
 #if lambert_vertices
@@ -105,6 +108,9 @@ fn cache_surface_vertex(
     light_path_lengths[light_path] = number + 1u;
     atomicMax(&counts.longest_light_path, number + 1u);
     let slot = atomicAdd(&counts.light_vertices, 1u);
+#if at_records
+    cached_slot = slot;
+#endif
     if slot < arrayLength(&light_vertices) {
         let place = vec2u(light_path, number | (label << 16u));
         light_vertices[slot] =

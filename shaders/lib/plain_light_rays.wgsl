@@ -1,15 +1,34 @@
 #import bind/light_cache
+#if at_records
+#import bind/light_ends
+#endif
 #import bind/subpath
 
 // For weights to which rays of light paths bring no more than `SubPath`, and vertices of the cache no more than their edge:
 // what lib/weights_subspaces carries beside these is nothing here.
 
+#if at_records
+/// Of a ray that has reached a vertex: density of connecting that, with the scale of DEEP, to the vertex before.
+alias LightMis = f32;
+
+fn load_light_mis(index: u32) -> LightMis {
+    return light_edges[index];
+}
+
+/// The ray leaves the vertex that was put into the cache last, unless it leaves a delta vertex.
+fn store_light_mis(slot: u32, mis: LightMis) {
+    light_ends_out[slot] = cached_slot;
+}
+#else
 /// Of a ray that leaves a light vertex: nothing.
 alias LightMis = u32;
 
 fn load_light_mis(index: u32) -> LightMis {
     return 0u;
 }
+
+fn store_light_mis(slot: u32, mis: LightMis) {}
+#endif
 
 fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
     return 0u;
@@ -31,11 +50,9 @@ fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32
 #endif
 
 fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
-    return 0u;
+    return LightMis();
 }
 
 fn nominal_of(mis: LightMis) -> f32 {
     return 1.0;
 }
-
-fn store_light_mis(slot: u32, mis: LightMis) {}

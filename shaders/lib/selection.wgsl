@@ -6,6 +6,11 @@
 struct Selection {
     vertex: u32,
     inv_density: f32,
+#if at_records
+    /// What the vertex brings to the eye vertex's records, and which choice it was drawn by: lib/record_shares.
+    light: vec3f,
+    choice: u32,
+#endif
 }
 
 /// In the place of a vertex: this connection has none.

@@ -36,12 +36,7 @@ fn emitted(vertex: LightVertex, kind: u32, point: SurfacePoint, direction: vec3f
     switch kind {
 #if area_lights
         case LIGHT_TRIANGLE + 1u: {
-            let pdf_solid = emission_pdf_solid(point, direction);
-            var share = select(0.0, 1.0, pdf_solid > 0.0);
-#if coincident
-            share *= uncovered(point, direction);
-#endif
-            return vec2f(share, pdf_solid);
+            return vec2f(emission_share(point, direction), emission_pdf_solid(point, direction));
         }
 #endif
 #if punctual_lights

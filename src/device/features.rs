@@ -98,6 +98,7 @@ features! {
         Thinning thinning, [Bidirectional], "eye vertices of narrow lobes make fewer connections";
         Learns learns, [Subspaces], "paths are written down in place of being shown";
         Resampling resampling, [Bidirectional], "weights know of records: eye paths keep a list of their vertices, 48 bytes each";
+        AtRecords at_records, [Resampling], "weights know what light vertices bring to records: three rays for each vertex of all paths, and 80 bytes for each of eye paths";
         Independent independent, [Bidirectional], "each sample has points of its own, and each connection a draw of its own: for comparison";
         LambertVertices lambert_vertices, [LambertOnly, Bidirectional], "light vertices of 48 bytes in place of 64";
         // From the method, for single kernels.

@@ -351,6 +351,22 @@ device_struct! {
 }
 
 device_struct! {
+    /// The same, where weights know what light vertices bring to records.
+    pub struct RecordLink {
+        pub step: [f32; 3],
+        pub before: u32,
+        pub reach0: [f32; 3],
+        pub pdf_before: f32,
+        pub reach1: [f32; 3],
+        pub pdf_area: f32,
+        pub reach2: [f32; 3],
+        pub scale: f32,
+        pub records: [u32; 3],
+        pub pad0: u32,
+    }
+}
+
+device_struct! {
     /// Sums over the samples of a pixel since the host last took them.
     pub struct FilmPixel {
         pub sum: [f32; 3],

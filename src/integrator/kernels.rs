@@ -20,8 +20,12 @@ pub fn forms(plan: &Plan, scene: Features) -> Vec<Features> {
         forms.push(base.with(&[Feature::Subspaces]));
         forms.push(base.with(&[Feature::SubspaceDirections]));
     }
-    if plan.weights == Weights::Resampling && scene.contains(Feature::Lights) {
-        forms.push(base.with(&[Feature::Resampling]));
+    if scene.contains(Feature::Lights) {
+        match plan.weights {
+            Weights::Resampling => forms.push(base.with(&[Feature::Resampling])),
+            Weights::AtRecords => forms.push(base.with(&[Feature::AtRecords])),
+            Weights::Ratio | Weights::Subspaces => {}
+        }
     }
     if plan.thins() && !scene.contains(Feature::LambertOnly) && !scene.contains(Feature::PunctualLights) {
         let thinned: Vec<Features> = forms.iter().map(|form| form.with(&[Feature::Thinning])).collect();
@@ -111,6 +115,10 @@ pub fn kernels(plan: &Plan, form: Features) -> Vec<(&'static str, Features)> {
     if plan.record_share().is_some() {
         kernels.extend(["record_vertices", "record_tables", "eye_records"].map(|kernel| (kernel, form)));
         kernels.push(("record_weights", form.with(&[Feature::AnyHit])));
+        if form.contains(Feature::AtRecords) {
+            kernels
+                .extend(["eye_reach", "light_edges"].map(|kernel| (kernel, form.with(&[Feature::AnyHit]))));
+        }
         return kernels;
     }
     // What `training` compiles beside them.

@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::Connections;
-use super::bidirectional::settings::{Bdpt, LightTracing, LvcBpt, PcBpt, SpcBpt};
+use super::bidirectional::settings::{Bdpt, LightTracing, LvcBpt, PcBpt, RecordWeights, RisBpt, SpcBpt};
 
 /// How light is transported, with the settings of each way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -26,7 +26,7 @@ pub enum Method {
     /// Probabilistic connections for bidirectional path tracing (Popov et al. 2015).
     PcBpt(PcBpt),
     /// Connections as those of [`Self::PcBpt`], with weights that know of the resampling (Nabata et al. 2020).
-    RisBpt(PcBpt),
+    RisBpt(RisBpt),
 }
 
 /// What users are told of a method, and how their settings make it.
@@ -55,6 +55,8 @@ pub enum Setting {
     LightTracing,
     /// How many eye paths leave records.
     Records,
+    /// What weights know of connections by records.
+    RecordWeights,
     /// All that says what is learnt, and from what.
     Learning,
 }
@@ -72,6 +74,8 @@ pub struct Given {
     pub light_tracing: bool,
     /// [`PcBpt::record_share`]
     pub record_share: Option<f64>,
+    /// [`RisBpt::weights`]
+    pub record_weights: Option<RecordWeights>,
 }
 
 impl Given {
@@ -161,8 +165,17 @@ pub static RISBPT: Descriptor = Descriptor {
     key: '7',
     how: "as `pcbpt`, with weights that know how well records choose",
     suits: "comparison with `spcbpt`: the best of its rivals in its paper",
-    takes: PCBPT.takes,
-    make: |given| Method::RisBpt(by_records(given)),
+    takes: &[
+        Setting::LightPaths,
+        Setting::Connections,
+        Setting::LightTracing,
+        Setting::Records,
+        Setting::RecordWeights,
+    ],
+    make: |given| {
+        let weights = given.record_weights.unwrap_or_default();
+        Method::RisBpt(RisBpt { records: by_records(given), weights })
+    },
 };
 
 fn by_records(given: &Given) -> PcBpt {

@@ -4,7 +4,7 @@ use crate::device::Feature;
 use crate::subspace::Connections;
 
 use super::method::{BDPT, Descriptor, LIGHT, LVCBPT, Method, PATH, PCBPT, RISBPT, SPCBPT};
-use super::{Bdpt, LvcBpt, PcBpt, SpcBpt};
+use super::{Bdpt, LvcBpt, PcBpt, RecordWeights, RisBpt, SpcBpt};
 
 /// Where the light paths of an iteration come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +50,11 @@ pub enum Weights {
     Ratio,
     /// Gamma and Q: the density of a connection depends on the light path's weight.
     Subspaces,
-    /// The density of a connection is that of a draw from few light paths in proportion to the light that they bring.
+    /// The density of a connection is that of a draw from few light paths in proportion to the light that they bring: Su, Li,
+    /// Wang's form.
     Resampling,
+    /// The same, for the draw by each record alone, of the light that is brought to it: Nabata, Iwasaki, Dobashi's form.
+    AtRecords,
 }
 
 /// See the module.
@@ -147,7 +150,13 @@ impl Method {
                 to_camera: true,
             },
             Self::PcBpt(method) => by_records(&PCBPT, method, Weights::Ratio),
-            Self::RisBpt(method) => by_records(&RISBPT, method, Weights::Resampling),
+            Self::RisBpt(RisBpt { records, weights }) => {
+                let weights = match weights {
+                    RecordWeights::Nabata => Weights::AtRecords,
+                    RecordWeights::Simple => Weights::Resampling,
+                };
+                by_records(&RISBPT, records, weights)
+            }
         }
     }
 }
@@ -195,6 +204,11 @@ impl Plan {
         self.shares_cache() && self.connections.thinning
     }
 
+    /// Weights know of the resampling by records.
+    pub fn resamples(&self) -> bool {
+        matches!(self.weights, Weights::Resampling | Weights::AtRecords)
+    }
+
     /// Finds paths in more than one way, each of which can be shown alone.
     pub fn has_strategies(&self) -> bool {
         self.selector.is_some()
@@ -225,7 +239,7 @@ impl Plan {
             (Some(Selector::Uniform), Weights::Ratio) => 1.0 / light_vertices,
             // Each pair of vertices is connected once.
             (Some(Selector::OwnPath), Weights::Ratio) => 1.0 / self.connections.counts[0] as f32,
-            (_, Weights::Subspaces | Weights::Resampling) => 1.0,
+            (_, Weights::Subspaces | Weights::Resampling | Weights::AtRecords) => 1.0,
             (_, Weights::Ratio) => 0.0,
         };
         let [first, second, deep] = match self.record_share().filter(|_| self.weights == Weights::Ratio) {

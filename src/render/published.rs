@@ -2,7 +2,7 @@
 
 use super::RenderOptions;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{Choice, View};
+use crate::integrator::{Choice, RecordWeights, View};
 use crate::subspace::{self, Optimiser};
 use crate::training::{Training, When};
 
@@ -36,6 +36,8 @@ impl RenderOptions {
             connections: Some([CONNECTIONS; 3]),
             shares: Some([1.0; 4]),
             no_thinning: true,
+            // The form that the paper of spcbpt compares with.
+            record_weights: Some(RecordWeights::Simple),
             ..Given::default()
         };
         let settings = subspace::Settings {

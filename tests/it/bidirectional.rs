@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use glam::{DVec3, Vec3};
-use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, PcBpt, Strategy, View};
+use halfway::integrator::{
+    Bdpt, Connections, LightTracing, LvcBpt, Method, PcBpt, RecordWeights, RisBpt, Strategy, View,
+};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Material, Mesh, PunctualLight, Scene};
@@ -112,8 +114,10 @@ pub fn assert_strategies_alone_are_right(method: Method, longest: u32, seeds: u6
 /// The weighted pictures of all strategies are the picture (C-14).
 #[test]
 fn c14_strategies_add_up() {
-    let by_records = PcBpt { light_paths: Some(20), light_tracing: true, ..PcBpt::default() };
-    for method in [BDPT_T1, BDPT, lvcbpt(100, 3, true), Method::RisBpt(by_records)] {
+    let records = PcBpt { light_paths: Some(20), light_tracing: true, ..PcBpt::default() };
+    let risbpt = |weights| Method::RisBpt(RisBpt { records, weights });
+    let [nabata, simple] = [RecordWeights::Nabata, RecordWeights::Simple].map(risbpt);
+    for method in [BDPT_T1, BDPT, lvcbpt(100, 3, true), nabata, simple] {
         let options = RenderOptions {
             view: View { max_depth: Some(4), ..options([16, 12], 8).view },
             method,

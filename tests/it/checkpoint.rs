@@ -9,7 +9,9 @@ use halfway::film::checkpoint::SavedRender;
 use halfway::film::merge::{Merged, merge};
 use halfway::film::sums::{FilmSums, PixelSums};
 use halfway::film::{Layer, Picture};
-use halfway::integrator::{Bdpt, Connections, LightTracing, LvcBpt, Method, PcBpt, SpcBpt, View};
+use halfway::integrator::{
+    Bdpt, Connections, LightTracing, LvcBpt, Method, PcBpt, RecordWeights, RisBpt, SpcBpt, View,
+};
 use halfway::render::{Budget, Keeping, Origin, RenderOptions, Renderer, picture_of, take_up};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
@@ -94,18 +96,25 @@ fn r06_a_render_goes_on_bit_for_bit() {
     let scene = builtin("cornell").expect("a built-in scene");
     let folder = tempfile::tempdir().unwrap();
     let connections = Connections::even(2);
-    for (method, stops) in [
+    let records = PcBpt { light_paths: Some(50), ..PcBpt::default() };
+    let [nabata, simple] = [RecordWeights::Nabata, RecordWeights::Simple]
+        .map(|weights| Method::RisBpt(RisBpt { records, weights }));
+    for (index, (method, stops)) in [
         (Method::Path, &[5, 72, 128][..]),
         (Method::Bdpt(Bdpt { light_tracing: true }), &[64, 128]),
         (Method::LvcBpt(LvcBpt { light_paths: None, connections, light_tracing: false }), &[64, 128]),
         (Method::SpcBpt(SpcBpt { light_paths: None, connections, light_tracing: false }), &[64, 128]),
         (Method::Light(LightTracing { light_paths: None }), &[64, 128]),
         // Its samples share nothing, and each is an iteration; what weights know is no sample's.
-        (Method::RisBpt(PcBpt { light_paths: Some(50), ..PcBpt::default() }), &[5, 20]),
-    ] {
+        (nabata, &[5, 20]),
+        (simple, &[5, 20]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
         let options = options(method, stops[stops.len() - 1]);
         let expected = whole(&scene, &options);
-        let path = folder.path().join(method.name());
+        let path = folder.path().join(index.to_string());
         let found = in_parts(&scene, &options, stops, &path);
         assert_same(&found.0, &expected.0, method.name());
         assert_eq!(found.1, expected.1, "{}: the estimated error", method.name());

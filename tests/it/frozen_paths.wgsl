@@ -4,6 +4,9 @@
 #import lib/connections
 #import lib/light_vertex
 #import lib/medium
+#if at_records
+#import lib/record_edge
+#endif
 #import lib/strategies
 
 struct Frozen {
@@ -22,6 +25,10 @@ struct Frozen {
 @group(2) @binding(11) var<storage, read_write> weights: array<f32>;
 /// Position and geometric normal of each vertex, as the kernels have them: what they are classified by.
 @group(2) @binding(12) var<storage, read_write> points: array<vec4f>;
+#if at_records
+/// Of each connection the part of each of its choices, by the eye vertex.
+@group(2) @binding(13) var<storage, read_write> choices: array<vec4f>;
+#endif
 
 struct Step {
     pdf_solid: f32,
@@ -108,10 +115,16 @@ fn at_depth(partials: EyePartials, depth: u32) -> EyePartials {
 #if subspaces
     return EyePartials(partials.mis, partials.labels, depth);
 #else
+#if at_records
+    return EyePartials(
+        partials.link, depth, vec3f(1.0), partials.records, partials.reach, vec3f(0.0), CHOICE_ALL,
+    );
+#else
 #if resampling
     return EyePartials(partials.link, depth, vec3f(1.0), partials.inv_q);
 #else
     return depth;
+#endif
 #endif
 #endif
 }
@@ -130,6 +143,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // From the light: vertices x_n .. x_1.
     var light_side: array<LightVertex, 9>;
     var nominals: array<f32, 9>;
+#if at_records
+    // Of x_{i+1}, at the records of x_i.
+    var brought: array<vec3f, 9>;
+    var reaches: array<vec3f, 9>;
+#endif
     let infinite = kind == LIGHT_ENVIRONMENT || kind == LIGHT_DIRECTIONAL;
     let is_triangle = kind == LIGHT_TRIANGLE;
     let ratio = select(0.0, batch.hit_scale, is_triangle || kind == LIGHT_ENVIRONMENT);
@@ -205,6 +223,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if i > 1u {
             to_camera = -direction_from(path, i - 1u);
         }
+#if at_records
+        let near = nearest_records(point.position);
+        brought[i] = light_at_records(near, light_side[i + 1u]);
+        mis = select(record_edge(point, near, brought[i]), 0.0, (previous.flags & SUBPATH_DELTA) != 0u);
+        var seen_vertex = vertex_towards(towards_light);
+        if i + 1u < n || is_triangle {
+            let corner = frozen[path].vertices[i];
+            seen_vertex = vertex_at(corner.x, vec2f(bitcast<f32>(corner.y), bitcast<f32>(corner.z)));
+        }
+        reaches[i + 1u] = record_reach(near, seen_vertex);
+#endif
         vertex.edge = edge_towards(point, vertex, mis, to_camera, throughput);
         label = light_subspace(point, vertex.world_from);
         let surface = point_surface(point);
@@ -255,8 +284,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         partials.labels =
             vec2u(vertex_label(TREE_EYE, point, world_from), vertex_label(TREE_LIGHT, point, world_from));
 #endif
+#if at_records
+        partials.records = nearest_records(point.position);
+        partials.reach = reaches[i];
+#else
 #if resampling
         partials.inv_q = inv_q_of(nearest_records(point.position));
+#endif
 #endif
         if !is_delta(point) {
             var connects = true;
@@ -265,7 +299,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             }
             if connects {
                 let seen = seen_unguided(vertex, nominals[i + 1u]);
+#if at_records
+                var each = vec4f(0.0);
+                for (var choice = 0u; choice < CHOICES; choice++) {
+                    let chosen = with_choice(partials, brought[i], choice);
+                    each[choice] = connect(point, seen, chosen, light_side[i + 1u]).weight;
+                }
+                choices[path * 8u + i] = each;
+                weights[first + i + 1u] = sum_of(each);
+#else
                 weights[first + i + 1u] = connect(point, seen, partials, light_side[i + 1u]).weight;
+#endif
             }
         }
         direction = direction_from(path, i);
@@ -283,6 +327,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         previous = step.next;
     }
     partials = at_depth(partials, n - 1u);
+#if at_records
+    partials.reach = reaches[n];
+#endif
 #if area_lights
     if is_triangle {
         let point = point_at(path, n);

@@ -36,6 +36,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     LambertVertex,
     Record,
     EyeLink,
+    RecordLink,
     TrainingVertex,
     TrainingEnd,
     LightFeature,
@@ -96,8 +97,14 @@ fn full_modules() -> Vec<(&'static str, Module)> {
         features.with(&[Feature::LightPaths, Feature::LightCache, Feature::Subspaces, Feature::Instances]);
     let lambert = Features::from([Feature::LambertVertices, Feature::LightPaths, Feature::LightCache]);
     let pages = features.with(&[Feature::FilmPages, Feature::SplatsAtomic]);
+    let at_records = lambert.with(&[Feature::AtRecords]);
+    let of = |name| match name {
+        "splat_page" => pages,
+        "eye_reach" | "light_edges" => at_records,
+        _ => features,
+    };
     kernels()
-        .map(|name| (name, stitch(name, if name == "splat_page" { pages } else { features })))
+        .map(|name| (name, stitch(name, of(name))))
         .chain([("light_shade", stitch("light_shade", lambert))])
         .chain([("eye_shade", stitch("eye_shade", lambert.with(&[Feature::Resampling])))])
         .chain([("light_rays", stitch("light_rays", features.with(&[Feature::LightGuide])))])

@@ -8,19 +8,21 @@ use halfway::device::shader::stitch;
 use halfway::device::{Feature, Features, PagedBuffer, Pages};
 use halfway::integrator::kernels::{forms, kernels};
 use halfway::integrator::method::Given;
-use halfway::integrator::{METHODS, Plan};
+use halfway::integrator::{METHODS, Plan, RecordWeights};
 use halfway::scene::SceneFeatures;
 use halfway::scene::builtin::{NAMES, builtin};
 use rayon::prelude::*;
 
 use crate::specialised::everything;
 
-/// Every method, with light tracing and without.
+/// Every method, with light tracing and without, by either form of weights that know of records.
 fn plans() -> Vec<Plan> {
-    let with = |light_tracing| {
-        METHODS.map(|method| (method.make)(&Given { light_tracing, ..Given::default() }).plan())
+    let with = |light_tracing, weights| {
+        let given = Given { light_tracing, record_weights: Some(weights), ..Given::default() };
+        METHODS.map(|method| (method.make)(&given).plan())
     };
-    with(false).into_iter().chain(with(true)).collect()
+    let forms = [RecordWeights::Nabata, RecordWeights::Simple];
+    forms.into_iter().flat_map(|form| [false, true].map(|traces| with(traces, form))).flatten().collect()
 }
 
 /// The set of features nearest to `bits` that a scene may have: bit i is the i-th feature of scenes.

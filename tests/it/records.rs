@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use halfway::device::layout::{Batch, Record};
 use halfway::device::shader::stitch_text;
 use halfway::device::{BufferTable, Feature, Kernel};
-use halfway::integrator::{Connections, Method, PcBpt, View};
+use halfway::integrator::{Connections, Method, PcBpt, RecordWeights, RisBpt, View};
 use halfway::math::kd_tree::KdTree;
 use halfway::math::rng::{RandomKey, uniform4};
 use halfway::render::{RenderOptions, Renderer};
@@ -28,12 +28,18 @@ fn pcbpt(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
     Method::PcBpt(settings(light_paths, record_share, light_tracing))
 }
 
-fn risbpt(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
-    Method::RisBpt(settings(light_paths, record_share, light_tracing))
+fn simple(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
+    let records = settings(light_paths, record_share, light_tracing);
+    Method::RisBpt(RisBpt { records, weights: RecordWeights::Simple })
+}
+
+fn nabata(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
+    let records = settings(light_paths, record_share, light_tracing);
+    Method::RisBpt(RisBpt { records, weights: RecordWeights::Nabata })
 }
 
 /// Runs a text as a kernel in so many workgroups, and reads a buffer of words.
-fn run(
+pub fn run(
     text: &str,
     features: &[Feature],
     batch: Batch,
@@ -100,7 +106,9 @@ fn c15_the_nearest_records_are_those_of_the_host() {
 #[test]
 fn n14_tables_of_records_are_exact() {
     const RECORDS: u32 = 7;
-    for (vertices, lanes) in [(1u32, &[][..]), (300, &[]), (300, &[Feature::Software]), (1000, &[])] {
+    let forms =
+        [(1u32, &[][..]), (300, &[]), (300, &[Feature::Software]), (1000, &[]), (300, &[Feature::AtRecords])];
+    for (vertices, lanes) in forms {
         let weight = |index: u32| {
             let u = uniform4(RandomKey { pixel: index, sample: vertices, seed: 4 }, 0);
             match index / vertices {
@@ -123,7 +131,12 @@ fn n14_tables_of_records_are_exact() {
         };
         let weights: Vec<f32> = (0..RECORDS * vertices).map(weight).collect();
         let offsets = [0, vertices];
-        let inputs = [("light_path_offsets", cast_slice(&offsets)), ("record_weights", cast_slice(&weights))];
+        let sums = [0u32; RECORDS as usize];
+        let inputs = [
+            ("light_path_offsets", cast_slice(&offsets)),
+            ("record_weights", cast_slice(&weights)),
+            ("record_sums", cast_slice(&sums)),
+        ];
         let batch = Batch { records: RECORDS, light_path_count: 1, ..Batch::default() };
         // Another workgroup than there are records.
         let size = weights.len();
@@ -142,6 +155,9 @@ fn n14_tables_of_records_are_exact() {
             let mut before = 0;
             for (&weight, &end) in weights.iter().zip(ends) {
                 let [found, expected] = [f64::from(end - before) / all, f64::from(weight) / total];
+                if lanes == [Feature::AtRecords] {
+                    assert!(weight == 0.0 || end > before, "weights count what is never drawn");
+                }
                 assert!(
                     (found - expected).abs() <= 1e-5 * expected + 2f64.powi(-30),
                     "{found} is not {expected}"
@@ -243,6 +259,12 @@ fn c05_every_strategy_by_records_alone_is_right() {
     assert_strategies_alone_are_right(pcbpt(1600, 0.001, true), 3, 12);
 }
 
+/// The same where each connection is drawn by one record (C-05).
+#[test]
+fn c05_every_strategy_by_one_record_alone_is_right() {
+    assert_strategies_alone_are_right(nabata(1600, 0.001, true), 3, 12);
+}
+
 /// Lambert's law alone and everything else; area lights, punctual ones and a sky; mirrors and glass (C-08).
 #[test]
 fn c08_pcbpt_agrees_with_path() {
@@ -261,8 +283,10 @@ fn c08_pcbpt_agrees_with_path_at_the_ends_of_its_settings() {
 /// As `pcbpt`, with all that records may lack (C-08).
 #[test]
 fn c08_risbpt_agrees_with_path_where_records_see_nothing() {
-    assert_same_as_path(&mirrors(), risbpt(20, 0.05, false), 4);
-    assert_same_as_path(&shaded(), risbpt(20, 1e-6, false), 8);
+    for risbpt in [nabata, simple] {
+        assert_same_as_path(&mirrors(), risbpt(20, 0.05, false), 4);
+        assert_same_as_path(&shaded(), risbpt(20, 1e-6, false), 8);
+    }
 }
 
 /// Records that see no light, where others do: the camera sees a room through whose door no light comes but by a wall; and
@@ -299,16 +323,26 @@ fn shaded() -> Scene {
 /// Whatever records tell weights: few light paths, one record, records of every pixel (C-08, C-09).
 #[test]
 fn c08_risbpt_agrees_with_path() {
-    assert_same_as_path(&shown("cornell"), risbpt(50, 0.004, false), 4);
-    assert_same_as_path(&shown("cornell"), risbpt(1, 1e-6, false), 8);
-    assert_same_as_path(&shown("spheres"), risbpt(50, 0.004, true), 4);
+    for risbpt in [nabata, simple] {
+        assert_same_as_path(&shown("cornell"), risbpt(50, 0.004, false), 4);
+        assert_same_as_path(&shown("cornell"), risbpt(1, 1e-6, false), 8);
+        assert_same_as_path(&shown("spheres"), risbpt(50, 0.004, true), 4);
+    }
+}
+
+/// Lights of every kind, and records of every pixel (C-08).
+#[test]
+fn c08_risbpt_of_nabata_agrees_with_path() {
+    assert_same_as_path(&shown("three-lights"), nabata(50, 0.004, false), 4);
+    assert_same_as_path(&shown("cornell"), nabata(5, 0.25, false), 8);
 }
 
 /// The same seed makes the same picture, in parts too, and other records do not (N-19).
 #[test]
 fn n19_pictures_by_records_repeat() {
     assert_repeats(pcbpt);
-    assert_repeats(risbpt);
+    assert_repeats(simple);
+    assert_repeats(nabata);
 }
 
 fn assert_repeats(method: fn(u32, f64, bool) -> Method) {

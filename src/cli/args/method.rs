@@ -9,7 +9,9 @@ use clap::{Args, ValueEnum};
 use super::InputError;
 use crate::cli::CliError;
 use crate::integrator::method::{Given, Setting};
-use crate::integrator::{Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt, View};
+use crate::integrator::{
+    Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt, RecordWeights, View,
+};
 use crate::render::{PUBLISHED_LIGHT_PATHS_PER_PIXEL, RenderOptions, for_caustics};
 use crate::scene::Scene;
 use crate::subspace::{LEAST_UNIFORM_SHARE, Model, Optimiser, Settings, SubspaceError};
@@ -79,10 +81,17 @@ pub struct MethodArgs {
           help = format!("Share of the pixels that have an eye path which leaves records in each sample, above 0 and up to 1; it is \
                           rounded to every so many-th pixel ({}; default: {})", names_of(Setting::Records), PcBpt::RECORD_SHARE))]
     record_share: Option<f64>,
+    #[arg(
+        long,
+        value_enum,
+        value_name = "FORM",
+        help = "What the weights of risbpt know of connections by records (default: simple)"
+    )]
+    risbpt_weights: Option<RecordWeights>,
     #[arg(long, help = format!("Each sample has light paths, points and draws of its own, in place of groups of samples whose points lie \
                                 well apart: more noise. For research ({})", names_of(Setting::Connections)))]
     independent: bool,
-    #[arg(long, conflicts_with_all = ["light_paths", "ConnectionArgs", "light_tracing", "record_share", "independent", "learn",
+    #[arg(long, conflicts_with_all = ["light_paths", "ConnectionArgs", "light_tracing", "record_share", "risbpt_weights", "independent", "learn",
                                       "quality", "rounds", "subspaces", "optimiser", "uniform_share", "smoothing",
                                       "no_light_guide", "lloyd_steps", "tree_depth", "direction_weight"],
           help = format!("The method as its paper has it, without what has been added here, for comparison: --independent, \
@@ -317,6 +326,7 @@ impl MethodArgs {
             no_thinning: self.connections.no_thinning,
             light_tracing: self.light_tracing,
             record_share: self.record_share,
+            record_weights: self.risbpt_weights,
         };
         for (flag, setting, is_given) in [
             ("--light-paths", Setting::LightPaths, given.light_paths.is_some()),
@@ -326,6 +336,7 @@ impl MethodArgs {
             ("--light-tracing", Setting::LightTracing, given.light_tracing),
             ("--no-light-tracing", Setting::LightTracing, self.no_light_tracing),
             ("--record-share", Setting::Records, given.record_share.is_some()),
+            ("--risbpt-weights", Setting::RecordWeights, given.record_weights.is_some()),
             ("--independent", Setting::Connections, self.independent),
             ("--as-published", Setting::Connections, self.as_published),
         ] {

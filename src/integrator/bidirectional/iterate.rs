@@ -4,8 +4,8 @@ use super::records::Records;
 use super::{Bidirectional, PILOT_SAMPLE, RESERVE};
 use crate::device::layout::{Batch, Counts};
 use crate::device::{Context, DeviceError};
+use crate::integrator::Selector;
 use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront, total};
-use crate::integrator::{Selector, Weights};
 
 /// Iterations that tell weights of records: docs/measurements.md.
 const LEARNING_ITERATIONS: u32 = 4;
@@ -150,7 +150,7 @@ impl Bidirectional {
             if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
                 stages.push(Stage::new(&labels[parity], Size::Paths));
             }
-            stages.extend(self.records.as_ref().and_then(|records| records.nearest(parity)));
+            stages.extend(self.records.iter().flat_map(|records| records.of_eye_vertices(parity)));
             if let Some(connect) = &self.stages.connect {
                 for first in (0..wanted).step_by(in_flight as usize) {
                     let slots = in_flight.min(wanted - first);
@@ -294,7 +294,7 @@ impl Bidirectional {
     pub(super) fn learn_from_records(&mut self, context: &Context) -> Result<(), DeviceError> {
         let seed = Some(self.wavefront.settings.view.seed);
         let Some(records) = &mut self.records else { return Ok(()) };
-        if self.plan.weights != Weights::Resampling || self.learnt_by == seed {
+        if !self.plan.resamples() || self.learnt_by == seed {
             return Ok(());
         }
         records.forget();

@@ -2,9 +2,9 @@
 
 use super::Bidirectional;
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
-use crate::integrator::Plan;
 use crate::integrator::kernels::{light_features, nominal_features};
 use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront};
+use crate::integrator::{Plan, Weights};
 
 /// Compiled once.
 pub(super) struct Kernels {
@@ -19,6 +19,8 @@ pub(super) struct LightKernels {
     pub shade: Kernel,
     /// Where a traversal draws numbers, those of light paths are others.
     pub closest_hit: Option<Kernel>,
+    /// Where weights know what light vertices bring to records.
+    pub edges: Option<Kernel>,
     /// Connects to the camera, and tests these connections; adds them to the pages of the film where it has several.
     pub camera: Option<[Kernel; 2]>,
     pub splat_page: Option<Kernel>,
@@ -79,6 +81,10 @@ impl LightKernels {
             true => Some(wavefront.compile(context, "closest_hit", &features)?),
             false => None,
         };
+        let edges = match plan.weights == Weights::AtRecords {
+            true => Some(wavefront.compile(context, "light_edges", &[Feature::AnyHit])?),
+            false => None,
+        };
         let mut splat_features = features.clone();
         splat_features.extend([Feature::AnyHit, Feature::SplatsAtomic]);
         splat_features.extend(wavefront.page_features());
@@ -109,6 +115,7 @@ impl LightKernels {
             rays: wavefront.compile(context, "light_rays", &guided)?,
             shade: wavefront.compile(context, "light_shade", &guided)?,
             closest_hit,
+            edges,
             camera,
             splat_page,
             cache,
@@ -142,6 +149,10 @@ impl Bidirectional {
             None => wavefront.closest_hit.clone(),
         };
         let shade = wavefront.bind_pair(context, &kernels.shade)?;
+        let edges = match &kernels.edges {
+            Some(kernel) => Some(wavefront.bind_pair(context, kernel)?),
+            None => None,
+        };
         let mut camera = None;
         if let Some([connections, occlusion]) = &kernels.camera {
             camera = Some(wavefront.bind_pair(context, connections)?);
@@ -156,6 +167,7 @@ impl Bidirectional {
         }
         let bounce = |connects: bool, parity: usize| {
             let mut bounce = vec![Stage::new(&closest_hit[parity], Size::Paths)];
+            bounce.extend(edges.iter().map(|edges| Stage::new(&edges[parity], Size::Paths)));
             if let (true, Some(camera)) = (connects, &camera) {
                 bounce.push(Stage::new(&camera[parity], Size::Paths));
                 bounce.extend(stages.camera_tests.iter().cloned());

@@ -98,7 +98,8 @@ impl Bidirectional {
             splats: plan.to_camera,
             subspaces: model.is_some(),
             subspace_directions,
-            resampling: plan.weights == Weights::Resampling && scene.features.lights(),
+            resampling: plan.resamples() && scene.features.lights(),
+            at_records: plan.weights == Weights::AtRecords && scene.features.lights(),
             thinning: plan.thins() && scene.thins,
             independent: plan.shares_cache() && settings.view.independent,
             learns,
@@ -114,9 +115,7 @@ impl Bidirectional {
             None => None,
         };
         let records = match plan.record_share().filter(|_| lights) {
-            Some(share) => {
-                Some(Records::new(context, &mut wavefront, share, plan.weights == Weights::Resampling)?)
-            }
+            Some(share) => Some(Records::new(context, &mut wavefront, share, plan.weights)?),
             None => None,
         };
         if learns {

@@ -5,6 +5,7 @@ use super::RESERVE;
 use super::settings::{PcBpt, RecordCost};
 use crate::device::layout::{Batch, Record};
 use crate::device::{Bound, Context, DeviceError, Feature, Kernel};
+use crate::integrator::Weights;
 use crate::integrator::wavefront::{Bounces, Size, Stage, Wavefront};
 use crate::math::kd_tree::KdTree;
 use crate::math::rng::{RandomKey, random4};
@@ -52,6 +53,8 @@ pub(super) struct Records {
     weights: Kernel,
     tables: Kernel,
     nearest: Kernel,
+    /// Where weights know what light vertices bring to records.
+    reach: Option<Kernel>,
     /// `None` until they are bound.
     stages: Option<Stages>,
 }
@@ -64,10 +67,11 @@ struct Stages {
     weights: Bound,
     tables: Bound,
     nearest: [Bound; 2],
+    reach: Option<[Bound; 2]>,
 }
 
 impl Records {
-    /// Compiles; about `share` of the pixels have an eye path that leaves records. `resampling`: weights know of them.
+    /// Compiles; about `share` of the pixels have an eye path that leaves records.
     ///
     /// # Errors
     /// A kernel that does not compile, a buffer that does not fit.
@@ -75,8 +79,9 @@ impl Records {
         context: &Context,
         wavefront: &mut Wavefront,
         share: f64,
-        resampling: bool,
+        weights: Weights,
     ) -> Result<Self, DeviceError> {
+        let resampling = matches!(weights, Weights::Resampling | Weights::AtRecords);
         let mut compile = |name: &str, extra: &[Feature]| wavefront.compile(context, name, extra);
         let records = Self {
             stride: PcBpt::stride(share),
@@ -91,6 +96,10 @@ impl Records {
             weights: compile("record_weights", &[Feature::AnyHit])?,
             tables: compile("record_tables", &[])?,
             nearest: compile("eye_records", &[])?,
+            reach: match weights == Weights::AtRecords {
+                true => Some(compile("eye_reach", &[Feature::AnyHit])?),
+                false => None,
+            },
             stages: None,
         };
         let buffers = &mut wavefront.buffers;
@@ -130,6 +139,10 @@ impl Records {
             weights: self.weights.bind(context, &wavefront.buffers)?,
             tables: self.tables.bind(context, &wavefront.buffers)?,
             nearest: wavefront.bind_pair(context, &self.nearest)?,
+            reach: match &self.reach {
+                Some(kernel) => Some(wavefront.bind_pair(context, kernel)?),
+                None => None,
+            },
         });
         Ok(())
     }
@@ -142,9 +155,10 @@ impl Records {
         }
     }
 
-    /// Finds the records near to the vertices that eye paths have reached.
-    pub fn nearest(&self, parity: usize) -> Option<Stage> {
-        self.stages.as_ref().map(|stages| Stage::new(&stages.nearest[parity], Size::Paths))
+    /// Finds the records near to the vertices that eye paths have reached, and what reaches those of the vertices before.
+    pub fn of_eye_vertices(&self, parity: usize) -> Vec<Stage> {
+        let bound = self.stages.iter().flat_map(|stages| [Some(&stages.nearest), stages.reach.as_ref()]);
+        bound.flatten().map(|bound| Stage::new(&bound[parity], Size::Paths)).collect()
     }
 
     /// A lattice of pixels all over the picture, in another place each time.

@@ -39,6 +39,27 @@ pub struct PcBpt {
     pub record_share: f64,
 }
 
+/// The same with weights that know of the resampling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RisBpt {
+    #[serde(flatten)]
+    pub records: PcBpt,
+    pub weights: RecordWeights,
+}
+
+/// What weights know of connections by records.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum RecordWeights {
+    /// A light vertex is drawn by one record, and weights know what it brings to each: Nabata, Iwasaki, Dobashi 2020. Three
+    /// rays more for each vertex of all paths
+    Nabata,
+    /// All records count together, and weights know what a light vertex brings to the eye vertex, seen or not: the form
+    /// that Su, Li, Wang 2022 compare with
+    #[default]
+    Simple,
+}
+
 /// Light tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct LightTracing {

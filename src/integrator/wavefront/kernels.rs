@@ -2,7 +2,7 @@
 
 use super::film_pages::FilmPages;
 use super::{Size, Stage, Wavefront};
-use crate::device::layout::{LambertVertex, LightVertex};
+use crate::device::layout::{EyeLink, LambertVertex, LightVertex, RecordLink};
 use crate::device::{Bound, BufferTable, Context, DeviceError, Feature, Features, Kernel};
 use crate::integrator::kernels::kernels;
 use crate::integrator::{Plan, Settings};
@@ -22,6 +22,8 @@ pub(crate) struct Form {
     pub subspace_directions: bool,
     /// Weights know of records.
     pub resampling: bool,
+    /// They know what light vertices bring to each.
+    pub at_records: bool,
     /// Narrow lobes are connected less often.
     pub thinning: bool,
     /// Samples are independent of each other.
@@ -41,6 +43,7 @@ impl Form {
             (Feature::Subspaces, self.subspaces),
             (Feature::SubspaceDirections, self.subspace_directions),
             (Feature::Resampling, self.resampling),
+            (Feature::AtRecords, self.at_records),
             (Feature::Thinning, self.thinning),
             (Feature::Independent, self.independent),
             (Feature::Learns, self.learns),
@@ -159,6 +162,14 @@ impl Wavefront {
         match self.compiler.features.contains(Feature::LambertVertices) {
             true => size_of::<LambertVertex>() as u64,
             false => size_of::<LightVertex>() as u64,
+        }
+    }
+
+    /// Bytes of a vertex in the lists of eye paths.
+    pub(super) fn eye_link_bytes(&self) -> u64 {
+        match self.compiler.features.contains(Feature::AtRecords) {
+            true => size_of::<RecordLink>() as u64,
+            false => size_of::<EyeLink>() as u64,
         }
     }
 

@@ -3,8 +3,8 @@
 use super::Wavefront;
 use super::kernels::Form;
 use crate::device::layout::{
-    Batch, Camera, Counts, EyeLink, EyeMis, Hit, LightMis, PathRay, ShadowRay, SubPath, TrainingEnd,
-    TrainingVertex,
+    Batch, Camera, Counts, EyeLink, EyeMis, Hit, LightMis, PathRay, RecordLink, ShadowRay, SubPath,
+    TrainingEnd, TrainingVertex,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 
@@ -46,18 +46,28 @@ pub(super) fn create(
         swapped.push(("sub_paths", pair(["sub_paths a", "sub_paths b"], size_of::<SubPath>())?));
     }
     if form.resampling {
-        swapped.push(("eye_ends", pair(["eye_ends a", "eye_ends b"], 4)?));
+        // Eye and light paths are never in flight together.
+        let ends = pair(["ends a", "ends b"], 4)?;
+        swapped.push(("eye_ends", ends.clone()));
+        if form.at_records {
+            swapped.push(("light_ends", ends));
+        }
     }
     if form.subspaces {
-        // Eye and light paths are never in flight together.
+        // Neither are these.
         let mis = pair(["mis a", "mis b"], size_of::<EyeMis>().max(size_of::<LightMis>()))?;
         swapped.extend([("eye_mis", mis.clone()), ("light_mis", mis)]);
         buffers.create(context, "eye_labels", bytes(8))?;
     }
     if form.resampling {
-        let wanted = u64::from(EYE_LINKS_A_PATH) * bytes(size_of::<EyeLink>());
+        let link = if form.at_records { size_of::<RecordLink>() } else { size_of::<EyeLink>() };
+        let wanted = u64::from(EYE_LINKS_A_PATH) * bytes(link);
         buffers.create(context, "eye_links", wanted.min(context.binding / 16 * 16))?;
         buffers.create(context, "eye_link_count", 4)?;
+    }
+    if form.at_records {
+        buffers.create(context, "eye_reach", bytes(16))?;
+        buffers.create(context, "light_edges", bytes(4))?;
     }
     let connections = u64::from(form.connections);
     buffers.create(context, "hits", bytes(size_of::<Hit>()))?;
@@ -160,7 +170,7 @@ impl Wavefront {
     pub(crate) fn eye_links_fit(&self, context: &Context) -> Result<bool, DeviceError> {
         let Ok(links) = self.buffers.get("eye_links") else { return Ok(true) };
         let count: Vec<u32> = self.buffers.read_elements(context, "eye_link_count", 1)?;
-        let room = links.size() / size_of::<EyeLink>() as u64;
+        let room = links.size() / self.eye_link_bytes();
         Ok(count.iter().all(|&count| u64::from(count) <= room))
     }
 

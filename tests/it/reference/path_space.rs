@@ -70,6 +70,17 @@ pub enum End<'a> {
     Punctual(usize),
 }
 
+/// Where light is asked for by which connections are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct JudgesRecord {
+    pub vertex: SurfaceVertex,
+    /// Light counts that comes to the front, to the back.
+    pub sides: [bool; 2],
+    /// Light counts that comes at such a cosine or more, by a geometry term of no more than this.
+    pub least_cosine: f64,
+    pub most_geometry: f64,
+}
+
 /// [`FullPath`] with what there is to know about its vertices.
 pub(super) struct Path<'a> {
     camera: DVec3,
@@ -103,6 +114,11 @@ impl Scaled {
 
     pub fn is_zero(&self) -> bool {
         self.color == DVec3::ZERO
+    }
+
+    /// ln of the sum of its channels.
+    fn ln_magnitude(&self) -> f64 {
+        self.color.element_sum().ln() + self.ln_scale
     }
 
     /// Divided by exp(`ln_pdf`).
@@ -233,10 +249,19 @@ impl<'a> PathSpace<'a> {
         self.resolve(path).ln_light(self)
     }
 
+    /// The same of the light that the sub-path x_n .. x_i brings to a record by way of x_i, with a fiftieth of what the record
+    /// does not see.
+    pub fn ln_light_at_record(&self, path: &FullPath, i: usize, record: &JudgesRecord) -> f64 {
+        let path = self.resolve(path);
+        path.light_at_record(self, &path.light(self)[i], i, record).ln_magnitude()
+    }
+
+    fn point_of(&self, vertex: &SurfaceVertex) -> Point<'a> {
+        self.world.point(&Hit { distance: 0.0, triangle: vertex.triangle, b: vertex.b })
+    }
+
     pub(super) fn resolve(&self, path: &FullPath) -> Path<'a> {
-        let point = |vertex: &SurfaceVertex| {
-            self.world.point(&Hit { distance: 0.0, triangle: vertex.triangle, b: vertex.b })
-        };
+        let point = |vertex: &SurfaceVertex| self.point_of(vertex);
         let end = match &path.end {
             LightEnd::Emitter(vertex) => End::Emitter(point(vertex)),
             LightEnd::Environment(direction) => End::Environment(*direction),
@@ -377,26 +402,69 @@ impl Path<'_> {
     }
 
     fn ln_light(&self, space: &PathSpace) -> Vec<f64> {
+        let mut found: Vec<f64> = self.light(space).iter().map(Scaled::ln_magnitude).collect();
+        if let End::Punctual(index) = &self.end {
+            // Before any direction, distance and falloff.
+            found[self.edges()] = space.world.scene.lights[*index].intensity.as_dvec3().element_sum().ln();
+        }
+        found
+    }
+
+    /// Light that arrives at x_i, i = 1 .. n - 1, and at n what leaves the light's end. (Index 0 holds 1.)
+    fn light(&self, space: &PathSpace) -> Vec<Scaled> {
         let n = self.edges();
-        let magnitude = |f: &Scaled| f.color.element_sum().ln() + f.ln_scale;
-        let mut found = vec![0.0; n + 1];
+        let mut found = vec![Scaled::ONE; n + 1];
         let there = DVec3::splat(self.end_opacity(space));
         let mut f = Scaled::ONE.times(self.emitted(space)).times(there);
-        found[n] = match &self.end {
-            // Before any direction, distance and falloff.
-            End::Punctual(index) => space.world.scene.lights[*index].intensity.as_dvec3().element_sum().ln(),
-            _ => magnitude(&f),
-        };
+        found[n] = f;
         for i in (1..n).rev() {
             let (point, to_light) = (&self.points[i - 1], self.segments[i].0);
             let cos = point.world_ng.dot(to_light).abs();
             f = f
                 .times(DVec3::splat(self.per_area(i, i + 1) * cos))
                 .times(transmittance(self.medium(i), self.segments[i].1));
-            found[i] = magnitude(&f);
+            found[i] = f;
             f = f.times(scattered(point, -self.segments[i - 1].0, to_light) / cos);
         }
         found
+    }
+
+    /// [`PathSpace::ln_light_at_record`], of the light of [`Self::light`] at x_i.
+    fn light_at_record(&self, space: &PathSpace, light: &Scaled, i: usize, record: &JudgesRecord) -> Scaled {
+        let at = space.point_of(&record.vertex);
+        let span = |to: DVec3| ((to - at.position).normalize_or_zero(), (to - at.position).length());
+        let source = |index: usize| &space.world.scene.lights[index];
+        let (direction, distance) = match (self.surface(i), &self.end) {
+            (Some(point), _) => span(point.position),
+            (None, End::Environment(direction)) => (*direction, f64::INFINITY),
+            (None, End::Punctual(index)) if source(*index).kind == LightKind::Directional => {
+                (-source(*index).direction.as_dvec3().normalize(), f64::INFINITY)
+            }
+            (None, End::Punctual(index)) => span(source(*index).position),
+            (None, End::Emitter(_)) => unreachable!("an emitter is a surface"),
+        };
+        let cos_light = self.surface(i).map_or(1.0, |point| point.world_ng.dot(direction).abs());
+        let leaving = match (self.surface(i), &self.end) {
+            (Some(point), _) if i < self.edges() => {
+                let to_light = self.segments[i].0;
+                light.times(scattered(point, -direction, to_light) / point.world_ng.dot(to_light).abs())
+            }
+            (Some(point), _) => Scaled::ONE.times(point.emitted(-direction) * self.end_opacity(space)),
+            (None, End::Punctual(index)) if distance.is_finite() => {
+                Scaled::ONE.times(punctual(source(*index), at.position).0 * distance * distance)
+            }
+            _ => *light,
+        };
+        let cos = at.world_ng.dot(direction);
+        let mut geometry = cos.abs() * cos_light;
+        if distance.is_finite() {
+            geometry = (geometry / (distance * distance)).min(record.most_geometry);
+        }
+        if !record.sides[usize::from(cos <= 0.0)] || cos.abs() < record.least_cosine {
+            geometry = 0.0;
+        }
+        let seen = if space.world.visibility(at.position, direction, distance) > 0.5 { 1.0 } else { 0.02 };
+        leaving.times(DVec3::splat(geometry * seen))
     }
 
     /// Share of light that passes along an edge.
