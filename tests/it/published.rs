@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halfway::integrator::method::{LVCBPT, PCBPT, RISBPT, SPCBPT};
-use halfway::integrator::{Connections, Descriptor, LightPaths, LvcBpt, Method, View};
+use halfway::integrator::{Connections, Descriptor, LightPaths, LvcBpt, Method, View, Weights};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::builtin::shapes::{looking_at, quad};
 use halfway::scene::{Material, Scene};
@@ -35,6 +35,7 @@ fn as_published_is_what_the_papers_have() {
             assert!(options.view.independent && !plan.to_camera, "{}", method.name);
             if by_records {
                 assert_eq!(plan.record_share(), Some(0.004));
+                assert_ne!(plan.weights, Weights::AtRecords, "the paper compares with the simple form");
             }
         }
     }

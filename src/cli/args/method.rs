@@ -85,7 +85,7 @@ pub struct MethodArgs {
         long,
         value_enum,
         value_name = "FORM",
-        help = "What the weights of risbpt know of connections by records (default: simple)"
+        help = "What the weights of risbpt know of connections by records (default: nabata; --as-published: simple)"
     )]
     risbpt_weights: Option<RecordWeights>,
     #[arg(long, help = format!("Each sample has light paths, points and draws of its own, in place of groups of samples whose points lie \

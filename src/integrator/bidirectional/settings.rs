@@ -53,10 +53,10 @@ pub struct RisBpt {
 pub enum RecordWeights {
     /// A light vertex is drawn by one record, and weights know what it brings to each: Nabata, Iwasaki, Dobashi 2020. Three
     /// rays more for each vertex of all paths
+    #[default]
     Nabata,
     /// All records count together, and weights know what a light vertex brings to the eye vertex, seen or not: the form
     /// that Su, Li, Wang 2022 compare with
-    #[default]
     Simple,
 }
 
