@@ -6,7 +6,6 @@ enable wgpu_ray_query;
 #import bind/queue
 #import lib/hit
 #import lib/math
-#import lib/record_light
 #import lib/record_sight
 #if at_records
 #import lib/record_shares
@@ -22,20 +21,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if index >= batch.records {
         return;
     }
-    let record = records[index];
     let place = pair % vertices;
-    let light_vertex = light_vertices[light_order[place]];
-    let kind = kind_of(light_vertex);
-    let point = surface_point(record.triangle, record.b1, record.b2);
-    let link = link_to(point, light_vertex, kind);
-    var light = record_light(record, point, light_vertex, kind, link);
-    if is_drawable(light) {
-        light *= seen_share(point, link, kind);
-    } else {
-        light = 0.0;
-    }
+    let light = seen_light(records[index], light_vertices[light_order[place]]);
 #if at_records
-    light = counted(light);
-#endif
+    record_weights[index * vertices + place] = counted(light);
+#else
     record_weights[index * vertices + place] = light;
+#endif
 }

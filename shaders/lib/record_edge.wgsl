@@ -2,7 +2,6 @@
 #import lib/equal_area
 #import lib/light_vertex
 #import lib/nearest_records
-#import lib/record_light
 #import lib/record_shares
 #import lib/record_sight
 
@@ -13,15 +12,7 @@ fn light_at_record(place: u32, light_vertex: LightVertex) -> f32 {
     if inv_q_of(place) == 0.0 {
         return 0.0;
     }
-    let record = records[place];
-    let kind = kind_of(light_vertex);
-    let point = surface_point(record.triangle, record.b1, record.b2);
-    let link = link_to(point, light_vertex, kind);
-    let light = record_light(record, point, light_vertex, kind, link);
-    if !is_drawable(light) {
-        return 0.0;
-    }
-    return counted(light * seen_share(point, link, kind));
+    return counted(seen_light(records[place], light_vertex));
 }
 
 /// r at each of some records.

@@ -1,4 +1,4 @@
-#import lib/strategies
+#import lib/record_light
 #import lib/traverse
 
 // What a record sees.
@@ -15,4 +15,16 @@ fn seen_share(point: SurfacePoint, link: Link, kind: u32) -> f32 {
 #endif
     let hit = trace(shadow.origin, shadow.direction, shadow.t_max);
     return select(HIDDEN_SHARE, 1.0, hit.triangle == NO_TRIANGLE);
+}
+
+/// |.| of the light that a light vertex brings to a record, as far as it counts.
+fn seen_light(record: Record, light_vertex: LightVertex) -> f32 {
+    let kind = kind_of(light_vertex);
+    let point = surface_point(record.triangle, record.b1, record.b2);
+    let link = link_to(point, light_vertex, kind);
+    let light = record_light(record, point, light_vertex, kind, link);
+    if !is_drawable(light) {
+        return 0.0;
+    }
+    return light * seen_share(point, link, kind);
 }

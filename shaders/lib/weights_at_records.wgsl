@@ -196,7 +196,7 @@ fn connections_before(link: u32, end: LightEnd) -> f32 {
 /// as sampled from the other end. `pdf_back`: that of the eye's last but one.
 fn weigh_connection(
     eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex, direction: vec3f,
-    f_eye: vec3f, arriving_light: vec3f, eye_ratio: f32, pdf_back: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
+    f_eye: vec3f, arriving_light: vec3f, eye_step: f32, pdf_back: f32, pdf_eye: f32, light_step: f32, pdf_light: f32,
 ) -> ConnectionWeight {
     let scale = density_scale(partials.depth) * thinning_at(eye_point.material);
     let densities = choice_densities(partials.light, partials.records);
@@ -208,7 +208,7 @@ fn weigh_connection(
         pdf_back,
     );
     let before = connections_before(partials.link, end);
-    let density = scale * sum_of(densities) + before + eye_ratio * pdf_eye + light_step * pdf_light;
+    let density = scale * sum_of(densities) + before + eye_step * pdf_eye + light_step * pdf_light;
     return ConnectionWeight(scale * densities[partials.choice] / density, density);
 }
 

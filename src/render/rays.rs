@@ -119,10 +119,7 @@ impl RayTracer {
     /// A lost device.
     pub fn hits(&self, context: &Context, set: &RaySet) -> Result<Vec<Hit>, RenderError> {
         debug_assert!(!set.any_hit);
-        self.load(context, set)?;
-        self.dispatch(context, set)?;
-        let bytes = self.buffers.read(context, "hits", (set.rays.len() * size_of::<Hit>()) as u64)?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        self.found(context, set, "hits")
     }
 
     /// Traces a set: how many nodes and triangles each ray looks at. The tracer's kernels have [`Feature::Counted`].
@@ -130,10 +127,7 @@ impl RayTracer {
     /// # Errors
     /// A lost device.
     pub fn counts(&self, context: &Context, set: &RaySet) -> Result<Vec<[u32; 2]>, RenderError> {
-        self.load(context, set)?;
-        self.dispatch(context, set)?;
-        let bytes = self.buffers.read(context, "ray_counts", set.rays.len() as u64 * 8)?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        self.found(context, set, "ray_counts")
     }
 
     /// Traces a set of shadow rays: whether each meets anything. The tracer's first.
@@ -142,12 +136,21 @@ impl RayTracer {
     /// A lost device.
     pub fn occluded(&self, context: &Context, set: &RaySet) -> Result<Vec<bool>, RenderError> {
         debug_assert!(set.any_hit);
-        self.load(context, set)?;
         self.buffers.write(context, "radiance", &vec![0; set.rays.len() * 16])?;
-        self.dispatch(context, set)?;
-        let bytes = self.buffers.read(context, "radiance", set.rays.len() as u64 * 16)?;
-        let radiance: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        let radiance: Vec<[f32; 4]> = self.found(context, set, "radiance")?;
         Ok(radiance.iter().map(|cell| cell[0] == 0.0).collect())
+    }
+
+    /// Traces a set, and reads what the kernel says of each of its rays.
+    fn found<T: bytemuck::Pod>(
+        &self,
+        context: &Context,
+        set: &RaySet,
+        buffer: &str,
+    ) -> Result<Vec<T>, RenderError> {
+        self.load(context, set)?;
+        self.dispatch(context, set)?;
+        Ok(self.buffers.read_elements(context, buffer, set.rays.len() as u32)?)
     }
 }
 
