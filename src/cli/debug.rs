@@ -10,6 +10,7 @@ use super::saves::Saves;
 use crate::film::heatmap::{VIRIDIS, color};
 use crate::film::{false_color, png};
 use crate::integrator::{FirstSubspaces, Method};
+use crate::math::kd_tree::KdTree;
 use crate::render::{RenderError, Renderer};
 use crate::subspace::CentroidMove;
 use crate::subspace::guide::GUIDE_SIDE;
@@ -105,16 +106,17 @@ fn mark_centroids(
     centroids: &[CentroidMove],
 ) {
     let height = pixels.len() / width;
-    let spot = |position: Vec3| {
-        let nearest = |(pixel, seen): (usize, &FirstSubspaces)| {
-            seen.labels.map(|_| (Vec3::from(seen.position).distance(position), pixel))
-        };
-        let (distance, pixel) =
-            first.iter().enumerate().filter_map(nearest).min_by(|a, b| a.0.total_cmp(&b.0))?;
-        // Where a neighbour in the picture is not farther away than the centroid, that one is out of sight.
-        let beside = if pixel % width + 1 < width { pixel + 1 } else { pixel.saturating_sub(1) };
-        let apart = Vec3::from(first[beside].position).distance(first[pixel].position.into());
-        (distance <= 2.0 * apart).then_some(pixel)
+    let seen: Vec<usize> = (0..first.len()).filter(|&pixel| first[pixel].labels.is_some()).collect();
+    let positions: Vec<[f32; 3]> = seen.iter().map(|&pixel| first[pixel].position).collect();
+    let (tree, order) = KdTree::build(&positions);
+    // One that is not among what is seen next to it is out of sight: beyond twice the distance of the two points nearest to it.
+    let spot = |position: Vec3| match tree.nearest(position.to_array())[..] {
+        [(place, distance_sq), (next, _), ..] => {
+            let [at, beside] = [place, next].map(|place| Vec3::from(tree.points()[place as usize]));
+            let is_near = distance_sq <= 4.0 * at.distance_squared(beside);
+            is_near.then(|| seen[order[place as usize] as usize])
+        }
+        _ => None,
     };
     let radius = width / LEAST_MARKED;
     let mut mark = |position: Vec3, color: [u8; 3]| {
