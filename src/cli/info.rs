@@ -120,6 +120,10 @@ fn memory(scene: &Scene) -> Result<(), DeviceError> {
         records.shadow_rays() as f64 * 1e-6,
         readable_bytes(2 * records.buffer_bytes())
     );
+    out!(
+        "  --risbpt-weights nabata, the default of risbpt: {:.1} M rays a sample beside that",
+        records.weight_rays() as f64 * 1e-6
+    );
     let Ok(adapter) = adapter(&DeviceChoice::Auto) else { return Ok(()) };
     let (info, limits) = (adapter.get_info(), adapter.limits());
     let page_bytes = binding_of(&limits);

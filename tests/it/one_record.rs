@@ -5,7 +5,7 @@ use halfway::device::Feature;
 use halfway::device::layout::{Batch, Record};
 use halfway::math::rng::{RandomKey, uniform4};
 
-use crate::records::run;
+use crate::records::{batch_of_draws, run};
 use crate::stats::Moments;
 
 const RECORDS: u32 = 5;
@@ -81,15 +81,7 @@ fn c09_draws_by_one_random_record_are_as_often_as_they_say() {
             records: RECORDS,
             light_path_count: light_paths,
             vertices_per_path: 2.5,
-            connections: [1; 3],
-            width: DRAWN,
-            height: 1,
-            crop_width: DRAWN,
-            crop_height: 1,
-            crop_stride: 1,
-            pixel_count: DRAWN,
-            sample_count: 1,
-            ..Batch::default()
+            ..batch_of_draws(DRAWN)
         };
         let features = [Feature::Records, Feature::AtRecords];
         let words = run(DRAWS, &features, batch, &inputs, ("drawn", 4 * DRAWN as usize), DRAWN / 64);

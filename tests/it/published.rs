@@ -131,7 +131,12 @@ fn info_foretells_records() {
     let case = Case::new();
     let run = case.run("info builtin:cornell");
     run.assert(0, &[]);
-    for phrase in ["pcbpt and risbpt at", "records with tables of about 1200 light vertices", "shadow rays"] {
+    for phrase in [
+        "pcbpt and risbpt at",
+        "records with tables of about 1200 light vertices",
+        "shadow rays",
+        "M rays a sample beside",
+    ] {
         assert!(run.printed.contains(phrase), "{phrase} is not in {}", run.printed);
     }
 }

@@ -38,6 +38,21 @@ fn nabata(light_paths: u32, record_share: f64, light_tracing: bool) -> Method {
     Method::RisBpt(RisBpt { records, weights: RecordWeights::Nabata })
 }
 
+/// So many pixels in a row, of one sample, whose vertices have a connection each.
+pub fn batch_of_draws(pixels: u32) -> Batch {
+    Batch {
+        connections: [1; 3],
+        width: pixels,
+        height: 1,
+        crop_width: pixels,
+        crop_height: 1,
+        crop_stride: 1,
+        pixel_count: pixels,
+        sample_count: 1,
+        ..Batch::default()
+    }
+}
+
 /// Runs a text as a kernel in so many workgroups, and reads a buffer of words.
 pub fn run(
     text: &str,
@@ -218,19 +233,7 @@ fn c09_draws_by_random_records_are_as_often_as_they_say() {
         ("record_ends", cast_slice(&ends)),
         ("eye_records", cast_slice(&near)),
     ];
-    let batch = Batch {
-        records: RECORDS,
-        light_path_count: 2,
-        connections: [1; 3],
-        width: DRAWN,
-        height: 1,
-        crop_width: DRAWN,
-        crop_height: 1,
-        crop_stride: 1,
-        pixel_count: DRAWN,
-        sample_count: 1,
-        ..Batch::default()
-    };
+    let batch = Batch { records: RECORDS, light_path_count: 2, ..batch_of_draws(DRAWN) };
     let words = run(DRAWS, &[Feature::Records], batch, &inputs, ("drawn", 2 * DRAWN as usize), DRAWN / 64);
     let draws = f64::from(DRAWN / 4);
     for kind in 0..near.len() {
@@ -376,16 +379,19 @@ fn pcbpt_of_the_dark_is_dark() {
 /// What would not fit is refused before the first sample, with what to change; what does fit says its size.
 #[test]
 fn tables_of_records_are_told_and_refused() {
-    let make = |light_paths, share| {
-        let options = RenderOptions { method: pcbpt(light_paths, share, false), ..options([128, 128], 2) };
+    let make = |method| {
+        let options = RenderOptions { method, ..options([128, 128], 2) };
         Renderer::new(gpu::context(), &shown("cornell"), options)
     };
-    let Err(error) = make(400_000, 1.0) else { panic!("there is room for everything") };
+    let Err(error) = make(pcbpt(400_000, 1.0, false)) else { panic!("there is room for everything") };
     for phrase in ["records", "--record-share", "--light-paths"] {
         assert!(error.to_string().contains(phrase), "{error}");
     }
-    let renderer = make(200, 0.004).expect("a renderer");
-    let choices = renderer.report().expect("a report").choices;
-    let choice = choices.iter().find(|choice| choice.what == "records").expect("a line on records");
-    assert!(choice.reason.contains("shadow rays a sample"), "{choice:?}");
+    for (method, has_weights) in [(pcbpt(200, 0.004, false), false), (nabata(200, 0.004, false), true)] {
+        let renderer = make(method).expect("a renderer");
+        let choices = renderer.report().expect("a report").choices;
+        let choice = choices.iter().find(|choice| choice.what == "records").expect("a line on records");
+        assert!(choice.reason.contains("shadow rays a sample"), "{choice:?}");
+        assert_eq!(choice.reason.contains("weights take"), has_weights, "{choice:?}");
+    }
 }

@@ -22,6 +22,7 @@ use super::wavefront::{Form, Wavefront};
 use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Settings, Weights};
 use kernels::{Kernels, Stages};
 use records::Records;
+use settings::RecordCost;
 use subspaces::Subspaces;
 
 /// Room in the cache for each light path at first; it grows where that is too little.
@@ -323,14 +324,22 @@ impl Integrator for Bidirectional {
                 choices.push(Choice::new("samples that share light paths", self.iteration, reason));
             }
         }
-        if self.records.is_some() {
-            let vertices = f64::from(self.light_paths) * self.vertices_per_path;
-            let entries = f64::from(self.pilot_records) * vertices;
-            let reason = format!(
-                "their tables of about {vertices:.0} light vertices take {:.2} M shadow rays a sample, and {:.1} MB",
-                entries * 1e-6,
-                entries * 8e-6
+        if let Some(records) = &self.records {
+            let cost = RecordCost {
+                records: self.pilot_records.into(),
+                vertices: (f64::from(self.light_paths) * self.vertices_per_path) as u64,
+                eye_vertices: u64::from(self.pilot_records) * u64::from(records.stride).pow(2),
+            };
+            let mut reason = format!(
+                "their tables of about {} light vertices take {:.2} M shadow rays a sample, and {:.1} MB",
+                cost.vertices,
+                cost.shadow_rays() as f64 * 1e-6,
+                2.0 * cost.buffer_bytes() as f64 * 1e-6
             );
+            if self.plan.weights == Weights::AtRecords {
+                reason
+                    .push_str(&format!("; weights take {:.2} M rays more", cost.weight_rays() as f64 * 1e-6));
+            }
             choices.push(Choice::new("records", format!("about {}", self.pilot_records), reason));
         }
         choices

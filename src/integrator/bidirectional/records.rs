@@ -38,7 +38,7 @@ impl Known {
 
 pub(super) struct Records {
     /// Every so many-th pixel, along both sides of the picture, has an eye path that leaves records.
-    stride: u32,
+    pub stride: u32,
     /// Records that there is room for, and entries of their tables.
     capacity: u32,
     entries: u64,

@@ -86,12 +86,14 @@ impl PcBpt {
     pub const LIGHT_PATHS: u32 = 200;
 }
 
-/// What records take in an iteration, as foretold from the size of a picture alone.
+/// What records take in an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordCost {
     pub records: u64,
     /// Light vertices that each has in its table.
     pub vertices: u64,
+    /// Of all eye paths, whether they leave records or not.
+    pub eye_vertices: u64,
 }
 
 impl RecordCost {
@@ -106,6 +108,11 @@ impl RecordCost {
         self.records * self.vertices
     }
 
+    /// Rays to records that weights take beside them, if they know what light vertices bring to records: three of each vertex.
+    pub fn weight_rays(&self) -> u64 {
+        3 * (self.vertices + self.eye_vertices)
+    }
+
     /// Of the larger buffer that tables take.
     pub fn buffer_bytes(&self) -> u64 {
         self.shadow_rays() * Self::ENTRY_BYTES
@@ -118,12 +125,13 @@ impl PcBpt {
         ((1.0 / share).sqrt().round() as u32).max(1)
     }
 
-    /// What its records take in an iteration.
+    /// What its records take in an iteration, as foretold from the size of a picture alone.
     pub fn record_cost(&self, width: u32, height: u32) -> RecordCost {
         let paths = |length: u32| u64::from(length.div_ceil(Self::stride(self.record_share)));
         RecordCost {
             records: paths(width) * paths(height) * RecordCost::RECORDS_A_PATH,
             vertices: u64::from(self.light_paths.unwrap_or(Self::LIGHT_PATHS)) * RecordCost::VERTICES_A_PATH,
+            eye_vertices: u64::from(width) * u64::from(height) * RecordCost::RECORDS_A_PATH,
         }
     }
 }
