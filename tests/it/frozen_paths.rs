@@ -33,7 +33,7 @@ pub fn density_scale(i: usize, light_paths: f32) -> f32 {
     DENSITY_SCALES[if light_paths > 0.0 && i > 1 { 2 } else { (i - 1).min(2) }]
 }
 
-const KERNEL: &str = include_str!("frozen_paths.wgsl");
+const KERNEL: &str = concat!(include_str!("frozen_paths.wgsl"), include_str!("frozen_steps.wgsl"));
 
 /// What the kernel says of a path.
 pub struct Found {
