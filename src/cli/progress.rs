@@ -80,7 +80,7 @@ pub fn learn(prepared: &mut Prepared, quiet: bool) -> Result<TrainingResult, Ren
 }
 
 /// Tells what was chosen for this scene, and why.
-pub fn say_choices(choices: &[Choice]) {
+pub fn say_choices<'a>(choices: impl IntoIterator<Item = &'a Choice>) {
     for choice in choices {
         eprintln!("chosen: {} {} ({})", choice.what, choice.value, choice.reason);
     }

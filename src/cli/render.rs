@@ -137,8 +137,13 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         Some(_) => None,
         None => Some(Prepared::automatic(&context, &scene, options.clone())?),
     };
+    let mut told = Vec::new();
     if let Some(prepared) = &chosen {
         options = prepared.options().clone();
+        if !quiet {
+            told.clone_from(&prepared.report().choices);
+            progress::say_choices(&told);
+        }
     }
     let origin = Origin {
         method: options.method,
@@ -206,7 +211,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
             summary::write_stats(path, serde_json::to_value(&report)?, &context, load_seconds)?;
         }
         if !quiet {
-            summary::rendered(&report, load_seconds, &options);
+            summary::rendered(&report, load_seconds, &options, &told);
         }
         return match stop {
             Stop::Interrupted => Ok(stopped(kept.as_deref(), range.start + report.samples)),
@@ -234,7 +239,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Exit, CliError> {
         saves.report(path, written);
     }
     if !quiet {
-        summary::rendered(&report, load_seconds, &options);
+        summary::rendered(&report, load_seconds, &options, &told);
         judged.iter().for_each(summary::judged);
         if args.view.exposure == Exposure::Auto {
             eprintln!("--exposure auto is {stops} stops");

@@ -8,12 +8,13 @@ use crate::bench::trade::Checkpoint;
 use crate::device::Context;
 use crate::device::host_memory::peak_memory;
 use crate::film::write::write_atomic;
+use crate::integrator::Choice;
 use crate::render::{RenderOptions, Report, Stop};
 use crate::subspace::TrainingReport;
 use crate::training::TrainingResult;
 
-/// Tells what a render did.
-pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
+/// Tells what a render did, but for the choices that were `told` when it began.
+pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions, told: &[Choice]) {
     let rate = f64::from(report.samples) * f64::from(options.view.width) * f64::from(options.view.height)
         / report.seconds;
     let reason = match report.stop {
@@ -44,7 +45,7 @@ pub fn rendered(report: &Report, load_seconds: f64, options: &RenderOptions) {
     if let Some(reason) = &report.denoised_error_unknown {
         eprintln!("the error of the denoised picture is not known: {reason}");
     }
-    say_choices(&report.choices);
+    say_choices(report.choices.iter().filter(|choice| !told.contains(choice)));
     if let Some(training) = &report.training {
         let gain = held_out_gain(training)
             .map_or(String::new(), |gain| format!(", held-out loss {gain:.3} of the start's"));
