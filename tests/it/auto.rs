@@ -134,12 +134,16 @@ fn n19_auto_is_bit_for_bit_what_it_chose() {
     assert_eq!(picture, render(&scene, RenderOptions { method: Method::Path, ..options }).picture);
 }
 
-/// It is the default, says so, and files name the integrator that it chose.
+/// It is the default, says so once and before it renders, and files name the integrator that it chose.
 #[test]
 fn auto_is_the_default() {
     let case = Case::new();
     let run = case.run("render builtin:cornell --size 8x8 --spp 2 -o a.exr");
     run.assert(0, &["chosen: integrator path (so short a render"]);
+    let places = |part| run.said.match_indices(part).map(|(at, _)| at).collect::<Vec<_>>();
+    let (chosen, end) = (places("chosen: integrator"), places("2 spp in"));
+    assert_eq!((chosen.len(), end.len()), (1, 1), "{}", run.said);
+    assert!(chosen < end, "{}", run.said);
     case.run("render builtin:cornell --size 8x8 --spp 2 -o b.exr -i path").assert(0, &[]);
     case.run("render builtin:cornell --size 8x8 --spp 2 -o c.exr -i auto").assert(0, &[]);
     let (a, b, c) = (case.picture("a.exr"), case.picture("b.exr"), case.picture("c.exr"));

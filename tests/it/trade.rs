@@ -572,6 +572,12 @@ fn bench_reference_grows_and_checks() {
     assert!(after < 0.6 * before, "{before} to {after} in four times the time");
 
     case.run(&format!("{command} --error 0.9")).assert(0, &[]);
+    let other = format!("{command} --error 0.9 --check-integrator bdpt --check-time 1s");
+    let run = case.run(&other);
+    run.assert(0, &["bdpt checks it"]);
+    assert!(run.printed.contains("bdpt with") && !run.printed.contains("lvcbpt with"), "{}", run.printed);
+    let again = case.run(&other);
+    assert!(again.printed == run.printed && !again.said.contains("checks it"), "{}", again.said);
     case.run(&format!("{command} --error 1e-6 --time 1s")).assert(3, &["--time ended before --error"]);
     case.run(&format!("{command} --error 0")).assert(2, &["--error"]);
 }

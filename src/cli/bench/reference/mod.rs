@@ -43,7 +43,7 @@ pub struct MakeReferenceArgs {
     /// What makes it, with settings where the default is not meant: spcbpt:connections=4.
     #[arg(long, value_name = "INTEGRATOR", default_value = DEFAULT_MAKER)]
     integrator: String,
-    /// What checks it (default: path, or lvcbpt for references by path).
+    /// What checks it, again if something else has (default: path, or lvcbpt for references by path).
     #[arg(long, value_name = "INTEGRATOR")]
     check_integrator: Option<String>,
     /// Time for the check (default: a quarter of what the reference took).
@@ -94,7 +94,10 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
             eprintln!("interrupted; what is there is kept, the same command goes on with it");
             return Ok(Exit::Interrupted);
         };
-        if reference.checked().is_none() {
+        let stands = |text: &str| {
+            args.check_integrator.is_none() || text.starts_with(&format!("{} with ", checker.label))
+        };
+        if !reference.checked().is_some_and(stands) {
             let accumulated = reference.accumulated().ok_or_else(|| {
                 let path = reference.path.display();
                 InputError::Usage(format!(
@@ -108,6 +111,7 @@ pub fn run(args: &MakeReferenceArgs, quiet: bool) -> Result<Exit, CliError> {
                 return Ok(Exit::Interrupted);
             };
             let result = describe(&check, &checker, &other);
+            reference.picture.metadata.retain(|(name, _)| name != "checked" && name != "checkZ");
             reference.picture.metadata.push(("checked".into(), Attribute::Text(result)));
             reference.picture.metadata.push(("checkZ".into(), Attribute::Number(check.z().unwrap_or(0.0))));
             exr::write(&reference.path, &reference.picture)?;

@@ -13,6 +13,8 @@ pub struct CandidateResult {
     pub label: String,
     /// Of `render`.
     pub flags: String,
+    /// Its pictures are denoised.
+    pub denoised: bool,
     pub summary: Summary,
     /// Seed by seed.
     pub runs: Vec<Vec<Checkpoint>>,
@@ -39,6 +41,7 @@ impl CandidateResult {
         Self {
             label: candidate.label.clone(),
             flags: candidate.flags(),
+            denoised: candidate.denoise,
             summary: summary(&of_this, &of_first, noise, ask.target, ask.times, ask.equal_samples),
             runs: runs.to_vec(),
         }

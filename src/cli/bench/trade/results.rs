@@ -100,13 +100,13 @@ impl SceneResult {
         })
     }
 
-    /// Which integrator has the least error after that one of the times; `None` where it is one of which that is not
-    /// known, as its error was less before.
-    pub fn best(&self, place: usize) -> Option<usize> {
+    /// Which integrator has the least error after that one of the times, of those that are denoised or of the others; `None`
+    /// where it is one of which that is not known, as its error was less before.
+    pub fn best(&self, place: usize, denoised: bool) -> Option<usize> {
         let expected =
             |one: &CandidateResult| one.summary.expected[..=place].iter().flatten().last().copied();
-        let last =
-            self.integrators.iter().enumerate().filter_map(|(index, one)| Some((index, expected(one)?)));
+        let alike = self.integrators.iter().enumerate().filter(|(_, one)| one.denoised == denoised);
+        let last = alike.filter_map(|(index, one)| Some((index, expected(one)?)));
         let (index, _) = last.min_by(|a, b| a.1.value.total_cmp(&b.1.value))?;
         self.integrators[index].summary.expected[place].map(|_| index)
     }

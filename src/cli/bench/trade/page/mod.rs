@@ -54,21 +54,22 @@ impl Page<'_> {
         let trade = self.trade;
         self.say("## What to expect\n");
         self.say(
-            "Error after so much time, learning included; the least is bold, where it is known to be that. `~` is \
-             continued beyond what was measured, by no more than a factor of four; `-` is beyond that, or before the \
-             first picture.\n",
+            "Error after so much time, learning included; the least is bold, where it is known to be that, and so is the \
+             least of what is denoised. `~` is continued beyond what was measured, by no more than a factor of four; `-` \
+             is beyond that, or before the first picture.\n",
         );
         let mut heads: Vec<String> = ["scene", "`halfway render`"].map(String::from).into();
         heads.extend(trade.times.iter().map(|&time| seconds(time)));
         let mut rows = Vec::new();
         for scene in &trade.scenes {
-            let best: Vec<Option<usize>> = (0..trade.times.len()).map(|place| scene.best(place)).collect();
             for (index, one) in scene.integrators.iter().enumerate() {
                 let name = if index == 0 { format!("**{}**", scene.name) } else { String::new() };
                 let mut row = vec![name, format!("`{}`", one.flags)];
-                for (estimate, best) in one.summary.expected.iter().zip(&best) {
+                for (place, estimate) in one.summary.expected.iter().enumerate() {
                     row.push(match estimate {
-                        Some(estimate) if *best == Some(index) => format!("**{}**", share(estimate)),
+                        Some(estimate) if scene.best(place, one.denoised) == Some(index) => {
+                            format!("**{}**", share(estimate))
+                        }
                         Some(estimate) => share(estimate),
                         None => "-".into(),
                     });
@@ -85,16 +86,18 @@ impl Page<'_> {
 
     /// What to use for a scene, in a sentence.
     fn advice(&mut self, scene: &SceneResult) {
-        let best_at = |place: usize| -> Option<(&CandidateResult, Estimate)> {
-            let one = &scene.integrators[scene.best(place)?];
+        let best_at = |place: usize, denoised: bool| -> Option<(&CandidateResult, Estimate)> {
+            let one = &scene.integrators[scene.best(place, denoised)?];
             Some((one, one.summary.expected[place]?))
         };
         let mut parts: Vec<String> = Vec::new();
-        let mut last = "";
-        for (place, &time) in self.trade.times.iter().enumerate() {
-            if let Some((one, estimate)) = best_at(place).filter(|(one, _)| one.label != last) {
-                parts.push(format!("for {} `{}` ({})", seconds(time), one.flags, share(&estimate)));
-                last = &one.label;
+        for denoised in [false, true] {
+            let mut last = "";
+            for (place, &time) in self.trade.times.iter().enumerate() {
+                if let Some((one, estimate)) = best_at(place, denoised).filter(|(one, _)| one.label != last) {
+                    parts.push(format!("for {} `{}` ({})", seconds(time), one.flags, share(&estimate)));
+                    last = &one.label;
+                }
             }
         }
         let [width, height] = scene.size;
