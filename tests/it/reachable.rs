@@ -164,12 +164,12 @@ fn s03_kernels_are_valid_for_every_built_in_scene() {
     assert_valid(scenes.iter().zip(DEVICES.into_iter().cycle()).map(by_turns));
 }
 
-/// With all buffers in pages: one scene will do, on the devices that have most, since readings are put in place line by line.
+/// With all buffers in pages: one scene will do, since readings are put in place line by line.
 #[test]
 fn s03_kernels_are_valid_in_pages() {
     let mut pages = Pages::default();
     PagedBuffer::ALL.iter().for_each(|&buffer| pages.set(buffer, 2));
     let scene = SceneFeatures { lambert_only: true, ..everything() };
     let scene = Features::from(scene.consistent()).with_pages(pages);
-    assert_valid([DEVICES[2], DEVICES[3]].map(|device| scene.with(device)));
+    assert_valid(DEVICES.map(|device| scene.with(device)));
 }
