@@ -157,7 +157,7 @@ fn point_emission(point: SurfacePoint, world_direction: vec3f) -> vec3f {
         return vec3f(0.0);
     }
     var emission = materials[point.material].emission;
-#if textures
+#if emission_texture
     emission *= slot_value(point, materials[point.material].emission_texture).rgb;
 #endif
 #if unlit
@@ -176,17 +176,29 @@ fn point_surface(point: SurfacePoint) -> Surface {
     return surface_lambert(base_color);
 #else
     let material = materials[point.material];
-    let metallic_roughness = slot_value(point, material.metallic_roughness_texture);
-    return surface_from_factors(SurfaceFactors(
+    var factors = SurfaceFactors(
         base_color,
-        material.metallic * metallic_roughness.b,
-        material.specular_color * slot_value(point, material.specular_color_texture).rgb,
-        material.specular * slot_value(point, material.specular_texture).a,
-        material.roughness * metallic_roughness.g,
-        material.transmission * slot_value(point, material.transmission_texture).r,
+        material.metallic,
+        material.specular_color,
+        material.specular,
+        material.roughness,
+        material.transmission,
         material.ior,
         material.flags & (MATERIAL_DELTA | MATERIAL_VOLUME),
-    ));
+    );
+#if metallic_roughness_texture
+    let metallic_roughness = slot_value(point, material.metallic_roughness_texture);
+    factors.metallic *= metallic_roughness.b;
+    factors.roughness *= metallic_roughness.g;
+#endif
+#if specular_texture
+    factors.specular_color *= slot_value(point, material.specular_color_texture).rgb;
+    factors.specular *= slot_value(point, material.specular_texture).a;
+#endif
+#if transmission_texture
+    factors.transmission *= slot_value(point, material.transmission_texture).r;
+#endif
+    return surface_from_factors(factors);
 #endif
 }
 

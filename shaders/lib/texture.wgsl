@@ -46,17 +46,15 @@ fn sample_texture(slot_index: u32, uv: vec2f) -> vec4f {
     let size = vec2f(f32(slot.width), f32(slot.height));
     let moved = vec2f(dot(slot.row_u, vec3f(uv, 1.0)), dot(slot.row_v, vec3f(uv, 1.0)));
     let inside = vec2f(reduce(moved.x, slot.flags & 3u), reduce(moved.y, (slot.flags >> 2u) & 3u));
-    if (slot.flags & TEXTURE_NEAREST) != 0u {
-        let at = vec2i(floor(inside * size));
-        return texel(slot, at.x, at.y);
-    }
-    let position = inside * size - 0.5;
+    let is_nearest = (slot.flags & TEXTURE_NEAREST) != 0u;
+    let position = inside * size - select(0.5, 0.0, is_nearest);
     let corner = floor(position);
-    let weight = position - corner;
+    let weight = select(position - corner, vec2f(0.0), is_nearest);
     let at = vec2i(corner);
-    // A loop, since a look-up is much code and drivers inline every call.
+    // A loop, since a look-up is much code and drivers inline every call. One whose length is a constant is unrolled.
+    let taps = select(4, 1, is_nearest);
     var sum = vec4f(0.0);
-    for (var tap = 0; tap < 4; tap++) {
+    for (var tap = 0; tap < taps; tap++) {
         let offset = vec2i(tap & 1, tap >> 1u);
         let share = select(vec2f(1.0) - weight, weight, offset == vec2i(1));
         sum += texel(slot, at.x + offset.x, at.y + offset.y) * (share.x * share.y);

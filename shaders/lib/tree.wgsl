@@ -16,9 +16,6 @@ const TREE_POSITION: u32 = 0x40000000u;
 const TREE_NORMAL: u32 = 0x80000000u;
 const TREE_DIRECTION: u32 = 0xc0000000u;
 
-/// No tree is deeper.
-const TREE_MAX_DEPTH: u32 = 24u;
-
 /// Which tree.
 const TREE_EYE: u32 = 0u;
 const TREE_LIGHT: u32 = 1u;
@@ -26,11 +23,9 @@ const TREE_LIGHT: u32 = 1u;
 /// Label of a vertex. `normal` (unit) faces the incoming ray, `direction` (unit) points to the previous vertex.
 fn tree_label(tree: u32, position: vec3f, normal: vec3f, direction: vec3f) -> u32 {
     var node = tree_node(tree, 0u);
-    for (var depth = 0u; depth < TREE_MAX_DEPTH; depth++) {
+    // It ends, since children are stored after their parents. A constant that bounds it would make drivers unroll it.
+    while (node.child_kind & TREE_KIND) != TREE_LEAF {
         let kind = node.child_kind & TREE_KIND;
-        if kind == TREE_LEAF {
-            break;
-        }
         let at = select(select(direction, normal, kind == TREE_NORMAL), position, kind == TREE_POSITION);
         let octant = select(vec3u(0u), vec3u(1u, 2u, 4u), at >= node.split);
         node = tree_node(tree, (node.child_kind & TREE_CHILD) + octant.x + octant.y + octant.z);

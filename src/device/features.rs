@@ -68,6 +68,10 @@ features! {
         Alpha alpha, [], "looks up opacity inside the traversal, at every hit of such a surface";
         Culling culling, [], "a test at every hit of the camera's rays on such a surface";
         Textures textures, [], "look-ups while shading; 4 bytes per texel of memory";
+        MetallicRoughnessTexture metallic_roughness_texture, [Textures], "one look-up per surface";
+        SpecularTexture specular_texture, [Textures], "two look-ups per surface";
+        TransmissionTexture transmission_texture, [Textures], "one look-up per surface";
+        EmissionTexture emission_texture, [Textures], "one look-up per surface that emits";
         Normals normals, [Attributes, BentNormals], "12 bytes per vertex";
         NormalMap normal_map, [Attributes, Textures, BentNormals], "28 bytes per vertex, one look-up per surface";
         VertexColors vertex_colors, [Attributes], "16 bytes per vertex";

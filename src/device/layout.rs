@@ -504,5 +504,3 @@ pub const TREE_LEAF: u32 = 0;
 pub const TREE_POSITION: u32 = 0x4000_0000;
 pub const TREE_NORMAL: u32 = 0x8000_0000;
 pub const TREE_DIRECTION: u32 = 0xc000_0000;
-/// No tree is deeper.
-pub const TREE_MAX_DEPTH: u32 = 24;

@@ -21,6 +21,11 @@ pub struct SceneFeatures {
     /// Masked or blended surfaces.
     pub alpha: bool,
     pub textures: bool,
+    /// Textures beside that of the base colour, each where it changes anything.
+    pub metallic_roughness_texture: bool,
+    pub specular_texture: bool,
+    pub transmission_texture: bool,
+    pub emission_texture: bool,
     /// The camera looks through the backs of some surfaces.
     pub culling: bool,
     /// Interpolated shading normals.
@@ -49,13 +54,21 @@ impl SceneFeatures {
         let transmission = any(|m| m.transmission > 0.0 && !m.unlit);
         let normal_map = any(|m| m.normal_texture.is_some());
         Self {
-            lambert_only: materials.iter().all(|m| m.is_lambert() || m.unlit),
+            lambert_only: materials.iter().all(|m| m.is_plain()),
             transmission,
             rough_transmission: transmission && any(|m| m.transmission > 0.0 && !m.unlit && !m.is_delta()),
             absorption: any(|m| m.volume && m.transmission > 0.0 && m.attenuation_distance.is_finite()),
             alpha: any(|m| m.alpha_mode != AlphaMode::Opaque),
             culling: any(|m| m.culled),
             textures: !slots.is_empty(),
+            metallic_roughness_texture: any(|m| !m.is_plain() && m.metallic_roughness_texture.is_some()),
+            specular_texture: any(|m| {
+                !m.is_plain() && (m.specular_texture.is_some() || m.specular_color_texture.is_some())
+            }),
+            transmission_texture: transmission && any(|m| !m.is_plain() && m.transmission_texture.is_some()),
+            emission_texture: any(|m| {
+                !m.unlit && m.emission.max_element() > 0.0 && m.emission_texture.is_some()
+            }),
             normals: scene.meshes.iter().any(|mesh| mesh.normals.is_some()),
             normal_map,
             vertex_colors: scene.meshes.iter().any(|mesh| mesh.colors.is_some()),
@@ -72,7 +85,16 @@ impl SceneFeatures {
     pub fn consistent(mut self) -> Self {
         self.transmission |= self.rough_transmission;
         self.lambert_only &= !self.transmission;
-        self.textures |= self.normal_map | self.uv0 | self.uv1;
+        self.metallic_roughness_texture &= !self.lambert_only;
+        self.specular_texture &= !self.lambert_only;
+        self.transmission_texture &= self.transmission;
+        self.textures |= self.normal_map
+            | self.metallic_roughness_texture
+            | self.specular_texture
+            | self.transmission_texture
+            | self.emission_texture
+            | self.uv0
+            | self.uv1;
         self.uv0 |= self.textures && !self.uv1;
         self
     }

@@ -138,6 +138,11 @@ impl Material {
         self.metallic == 0.0 && self.specular == 0.0 && self.transmission == 0.0
     }
 
+    /// True where there is nothing beyond Lambert's law to evaluate: an unlit surface does not even scatter.
+    pub fn is_plain(&self) -> bool {
+        self.unlit || self.is_lambert()
+    }
+
     /// True where every lobe is narrower than rounding lets a density be computed for: a mirror, smooth glass, or
     /// a refracting surface whose index hardly differs from its surroundings'. Only a pure metal or a pure
     /// transmitter can be; in a mixture or under a texture the roughness is raised to the narrowest finite lobe

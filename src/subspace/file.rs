@@ -16,8 +16,8 @@ use super::guide::{GUIDE_CELLS, LightGuide};
 use super::model::{CentroidMove, Counts, Model, Seconds, TrainingReport};
 use super::settings::{MOST_SUBSPACES, Optimiser, Settings};
 use super::sources::SourceLabels;
-use super::tree::Tree;
-use crate::device::layout::{TREE_MAX_DEPTH, TreeNode};
+use super::tree::{MAX_DEPTH, Tree};
+use crate::device::layout::TreeNode;
 use crate::film::write::write_atomic;
 use crate::subspace::SubspaceError;
 
@@ -205,7 +205,7 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
             Some(TreeNode { split, child_kind: from.u32()? })
         };
         let count = from.u32()? as usize;
-        Tree::from_nodes(from.list(count, 16, node)?, TREE_MAX_DEPTH, subspaces)
+        Tree::from_nodes(from.list(count, 16, node)?, MAX_DEPTH, subspaces)
     };
     let (eye_tree, light_tree) = (tree()?, tree()?);
     let mut side = || {

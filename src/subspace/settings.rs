@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::device::layout::TREE_MAX_DEPTH;
+use super::tree::MAX_DEPTH;
 use crate::subspace::SubspaceError;
 
 /// Most subspaces per side: Gamma then has 16 million entries.
@@ -96,7 +96,7 @@ impl Settings {
         };
         share("source_share", self.source_share, 1.0)?;
         share("direction_weight", f64::from(self.direction_weight), 1e6)?;
-        share("tree_depth", f64::from(self.tree_depth), f64::from(TREE_MAX_DEPTH))?;
+        share("tree_depth", f64::from(self.tree_depth), f64::from(MAX_DEPTH))?;
         share("lloyd_steps", f64::from(self.lloyd_steps), 100.0)?;
         share("tree_stop", self.tree_stop, 1.0)?;
         share("held_out", self.held_out, 0.9)?;

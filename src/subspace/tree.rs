@@ -10,6 +10,9 @@ use crate::device::layout::{
     TREE_CHILD, TREE_DIRECTION, TREE_KIND, TREE_LEAF, TREE_NORMAL, TREE_POSITION, TreeNode,
 };
 
+/// No tree is deeper.
+pub const MAX_DEPTH: u32 = 24;
+
 /// A frozen map from features to labels; root first, eight children in a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tree {

@@ -81,7 +81,6 @@ const CONSTANTS: &[(&str, u32)] = &host_constants![
     TREE_POSITION,
     TREE_NORMAL,
     TREE_DIRECTION,
-    TREE_MAX_DEPTH,
 ];
 
 /// The files with an entry point.

@@ -13,6 +13,7 @@ use halfway::scene::SceneFeatures;
 use halfway::scene::builtin::{NAMES, builtin};
 use rayon::prelude::*;
 
+use crate::random::Stream;
 use crate::specialised::everything;
 
 /// Every method, with light tracing and without, by either form of weights that know of records.
@@ -24,6 +25,9 @@ fn plans() -> Vec<Plan> {
     let forms = [RecordWeights::Nabata, RecordWeights::Simple];
     forms.into_iter().flat_map(|form| [false, true].map(|traces| with(traces, form))).flatten().collect()
 }
+
+/// Sets of features that are tried for each pair's values.
+const FILLS: usize = 8;
 
 /// What kernels may have of the device and of how the scene is stored on it.
 const DEVICES: [&[Feature]; 4] = [
@@ -63,22 +67,27 @@ fn pairs(bits: u32, count: usize) -> Vec<u64> {
     pairs
 }
 
-/// Sets of features that scenes may have, each on a device: none, each alone, all but each, and more until every pair of
-/// values that is possible occurs, of features or of a feature and the device, each time the set that adds most.
+/// Sets of features that scenes may have, each on a device: none, all, and more until every pair of values that is possible
+/// occurs, of features or of a feature and the device, each time the set that adds most of some for each pair.
 fn scenes() -> Vec<u32> {
-    let features = Feature::of_scenes().count();
-    let (all, count) = ((1u32 << features) - 1, features + 2);
-    let single = (0..features).flat_map(|i| [1 << i, all & !(1 << i)]);
-    let by_turns = |(i, bits): (usize, u32)| reachable(bits | (i as u32 % 4) << features);
-    let mut scenes: BTreeSet<u32> = [0, all].into_iter().chain(single).enumerate().map(by_turns).collect();
-    let sets: BTreeSet<u32> = (0..=all).map(reachable).collect();
-    let candidates = sets.iter().flat_map(|&bits| (0..4).map(move |device| bits | device << features));
-    let candidates: Vec<(u32, Vec<u64>)> = candidates.map(|bits| (bits, pairs(bits, count))).collect();
+    let count = Feature::of_scenes().count() + 2;
+    let all = (1u32 << count) - 1;
+    let mut stream = Stream::new(1);
+    let mut candidates: BTreeSet<u32> = BTreeSet::new();
+    for (i, j) in (0..count).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        for values in (0..4).flat_map(|values| [values; FILLS]) {
+            let others = stream.word() & all & !(1 << i | 1 << j);
+            candidates.insert(reachable(others | (values & 1) << i | values >> 1 << j));
+        }
+    }
+    let candidates: Vec<(u32, Vec<u64>)> =
+        candidates.into_iter().map(|bits| (bits, pairs(bits, count))).collect();
     let mut missing = vec![0u64; candidates[0].1.len()];
     candidates.iter().for_each(|(_, pairs)| missing.iter_mut().zip(pairs).for_each(|(a, b)| *a |= b));
     let cover = |missing: &mut [u64], bits: u32| {
         missing.iter_mut().zip(pairs(bits, count)).for_each(|(a, b)| *a &= !b);
     };
+    let mut scenes = BTreeSet::from([0, all].map(reachable));
     scenes.iter().for_each(|&bits| cover(&mut missing, bits));
     while missing.iter().any(|&pairs| pairs != 0) {
         let adds = |pairs: &[u64]| missing.iter().zip(pairs).map(|(a, b)| (a & b).count_ones()).sum::<u32>();

@@ -235,12 +235,17 @@ fn cases() -> Vec<(Feature, Vec<Feature>, Scene)> {
     let tilted = Vec3::new(0.6, 0.8, 0.0);
     let bent = Mesh { normals: Some(vec![tilted; 4]), ..floor() };
     let map = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
+    let dull = Material { metallic_roughness_texture: Some(map), roughness: 0.5, ..Material::default() };
+    let bare = Material { specular_texture: Some(map), metallic: 0.0, roughness: 0.5, ..Material::default() };
+    let dim_glass = before_a_lamp(Material { transmission_texture: Some(map), ..glass(0.4) });
     let mapped = Material { normal_texture: Some(map), ..grey(0.5) };
     let mapped_floor = Mesh { tangents: Some(vec![Vec4::new(0.0, 0.0, 1.0, 1.0); 4]), ..floor() };
     let mapped = with_picture(under_the_sun(mapped, mapped_floor), 1, vec![[204, 128, 230, 255]]);
     let painted = Mesh { colors: Some(vec![Vec4::new(0.1, 0.1, 0.1, 1.0); 4]), ..floor() };
     let mut panel = scene([(lamp(1.0), floor())]);
     panel.cameras = glossy.cameras.clone();
+    let mut screen = panel.clone();
+    screen.materials[0].emission_texture = Some(map);
     let unlit = Material { unlit: true, ..grey(0.25) };
     let mut poster = scene([(unlit, floor())]);
     poster.cameras = glossy.cameras.clone();
@@ -253,6 +258,26 @@ fn cases() -> Vec<(Feature, Vec<Feature>, Scene)> {
         (Alpha, vec![LambertOnly, Alpha, AreaLights], before_a_lamp(absent)),
         (Culling, vec![LambertOnly, Culling, AreaLights], wall),
         (Textures, vec![LambertOnly, Textures, Uv0, PunctualLights], half_black(0)),
+        (
+            MetallicRoughnessTexture,
+            vec![Textures, MetallicRoughnessTexture, Uv0, PunctualLights],
+            with_picture(under_the_sun(dull, floor()), 1, vec![[255, 255, 0, 255]]),
+        ),
+        (
+            SpecularTexture,
+            vec![Textures, SpecularTexture, Uv0, PunctualLights],
+            with_picture(under_the_sun(bare, floor()), 1, vec![[255, 255, 255, 0]]),
+        ),
+        (
+            TransmissionTexture,
+            vec![Transmission, RoughTransmission, Textures, TransmissionTexture, Uv0, AreaLights],
+            with_picture(dim_glass, 1, vec![[128, 0, 0, 255]]),
+        ),
+        (
+            EmissionTexture,
+            vec![LambertOnly, Textures, EmissionTexture, Uv0, AreaLights],
+            with_picture(screen, 1, vec![[128, 128, 128, 255]]),
+        ),
         (Uv0, vec![LambertOnly, Textures, Uv0, PunctualLights], half_black(0)),
         (Uv1, vec![LambertOnly, Textures, Uv1, PunctualLights], half_black(1)),
         (Normals, vec![LambertOnly, Normals, PunctualLights], under_the_sun(grey(0.5), bent)),

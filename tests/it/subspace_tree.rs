@@ -1,11 +1,9 @@
 //! The classification trees: host and shader walk alike, and mostly to the nearest centroid.
 
 use glam::Vec3;
-use halfway::device::layout::{
-    TREE_DIRECTION, TREE_KIND, TREE_MAX_DEPTH, TREE_NORMAL, TREE_POSITION, TreeNode,
-};
+use halfway::device::layout::{TREE_DIRECTION, TREE_KIND, TREE_NORMAL, TREE_POSITION, TreeNode};
 use halfway::subspace::centroid::{Centroids, systematic};
-use halfway::subspace::tree::Growth;
+use halfway::subspace::tree::{Growth, MAX_DEPTH};
 use halfway::subspace::{Feature, Settings, Tree};
 
 use crate::gpu;
@@ -170,9 +168,9 @@ fn trees_have_a_shape() {
     assert!(Tree::from_nodes(tree.nodes().to_vec(), 15, 99).is_none(), "a label too many");
     assert!(Tree::from_nodes(tree.nodes().to_vec(), 2, 100).is_none(), "too deep");
     let inner = |child: u32| TreeNode { split: [0.0; 3], child_kind: TREE_POSITION | child };
-    assert!(Tree::from_nodes(vec![], TREE_MAX_DEPTH, 1).is_none());
-    assert!(Tree::from_nodes(vec![inner(0); 8], TREE_MAX_DEPTH, 1).is_none(), "a cycle");
-    assert!(Tree::from_nodes(vec![inner(1); 8], TREE_MAX_DEPTH, 1).is_none(), "a child too few");
+    assert!(Tree::from_nodes(vec![], MAX_DEPTH, 1).is_none());
+    assert!(Tree::from_nodes(vec![inner(0); 8], MAX_DEPTH, 1).is_none(), "a cycle");
+    assert!(Tree::from_nodes(vec![inner(1); 8], MAX_DEPTH, 1).is_none(), "a child too few");
     assert_eq!(Tree::single(4).label(&Feature::default()), 4);
     let at_one_place = vec![(Feature::default(), 1.0); 10];
     let labels: Vec<u32> = (0..10).collect();

@@ -56,7 +56,7 @@ pub(super) fn upload(
             base_color_texture: slot(material.base_color_texture, true),
             metallic_roughness_texture: slot(material.metallic_roughness_texture, false),
             normal_texture: slot(material.normal_texture, false),
-            emission_texture: slot(material.emission_texture, true),
+            emission_texture: slot(material.emission_texture.filter(|_| !material.unlit), true),
             specular_texture: slot(material.specular_texture, false),
             specular_color_texture: slot(material.specular_color_texture, true),
             transmission_texture: slot(material.transmission_texture, false),
