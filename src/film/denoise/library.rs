@@ -73,14 +73,10 @@ pub(super) enum DeviceKind {
 pub(super) struct Job<'a> {
     pub width: usize,
     pub height: usize,
-    /// By their names, each with as many pixels.
+    /// By their names, each with as many pixels: colours without limits, and what is taken as free of noise beside them.
     pub images: &'a [(&'static CStr, &'a [[f32; 3]])],
-    /// Colours are not limited to 1.
-    pub hdr: bool,
-    /// The images beside the colours have no noise.
-    pub clean_aux: bool,
     /// What colours are multiplied by before the filter looks at them, as if by an exposure.
-    pub input_scale: Option<f32>,
+    pub input_scale: f32,
 }
 
 impl Library {
@@ -211,11 +207,9 @@ impl Device {
             let output = self.buffer(bytes)?;
             objects.buffers.push(output);
             image(c"output", output);
-            (f.set_bool)(filter, c"hdr".as_ptr(), job.hdr);
-            (f.set_bool)(filter, c"cleanAux".as_ptr(), job.clean_aux);
-            if let Some(scale) = job.input_scale {
-                (f.set_float)(filter, c"inputScale".as_ptr(), scale);
-            }
+            (f.set_bool)(filter, c"hdr".as_ptr(), true);
+            (f.set_bool)(filter, c"cleanAux".as_ptr(), job.images.len() > 1);
+            (f.set_float)(filter, c"inputScale".as_ptr(), job.input_scale);
             (f.commit_filter)(filter);
             (f.execute_filter)(filter);
             self.check()?;

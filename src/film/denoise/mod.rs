@@ -1,7 +1,8 @@
 //! Denoising by Open Image Denoise (<https://www.openimagedenoise.org>, Apache-2.0), where that is installed.
 //!
-//! The layers `albedo` and `normal` are denoised first, then the colours by them, as its documentation has it for the best
-//! quality ("prefiltering"). The result is biased; what it is made of stays as it is.
+//! The colours are filtered by the layers `albedo` and `normal` as they are: these have little noise after a few samples, and
+//! filtering them first takes more detail from them than noise (docs/measurements.md, Denoising). The result is biased; what
+//! it is made of stays as it is.
 
 mod crash;
 mod library;
@@ -159,30 +160,12 @@ impl Denoiser {
             let cut = |values: &[[f32; 3]]| wide.cut(values, picture.width, picture.height);
             // The color's place is the first.
             let mut images = vec![(c"color", Vec::new())];
-            for (name, values) in &layers {
-                let Some(values) = values.as_deref().map(cut) else { continue };
-                let job = Job {
-                    width,
-                    height,
-                    images: &[(*name, &values)],
-                    hdr: false,
-                    clean_aux: false,
-                    input_scale: None,
-                };
-                images.push((*name, device.run(&job)?));
-            }
+            images.extend(layers.iter().filter_map(|(name, values)| Some((*name, cut(values.as_deref()?)))));
             for (colors, result) in colors.iter().zip(&mut results) {
                 images[0].1 = cut(colors);
                 let views: Vec<(&'static CStr, &[[f32; 3]])> =
                     images.iter().map(|(name, values)| (*name, values.as_slice())).collect();
-                let job = Job {
-                    width,
-                    height,
-                    images: &views,
-                    hdr: true,
-                    clean_aux: images.len() > 1,
-                    input_scale: Some(range.input_scale()),
-                };
+                let job = Job { width, height, images: &views, input_scale: range.input_scale() };
                 let denoised = device.run(&job)?;
                 for y in 0..tile.height {
                     let from = wide.index(tile.x, tile.y + y);
