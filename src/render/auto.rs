@@ -35,11 +35,13 @@ pub struct Automatic {
 const SHORT_PATHS: u64 = 1 << 21;
 const SHORT_TIME: Duration = Duration::from_secs(1);
 const TOO_SHORT: &str = "so short a render would be over before learning pays";
-/// Pixels and samples of the pilot, which is 2^16 paths; two groups of samples know their variance.
-const PILOT_PIXELS: u32 = 1 << 12;
+/// Pixels of the pilot, at most and at least, and its samples: 2^16 paths; two groups of samples know their variance.
+const PILOT_PIXELS: [u32; 2] = [1 << 12, 1 << 8];
 const PILOT_SAMPLES: u32 = 16;
 /// Share of a budget of time that the pilot may take.
 const PILOT_SHARE: f64 = 0.05;
+/// Camera paths a second of a slow device, to which the pilot of a short render is cut.
+const SLOW_PATHS_PER_SECOND: f64 = 40.0e3;
 /// Learning takes about as long as this many camera paths of path tracing, and what the host does meanwhile: what all of it
 /// takes that pays, and the least of it.
 const LEARNING_PATHS: [f64; 2] = [1.0e6, 0.35e6];
@@ -222,7 +224,7 @@ impl Pilot {
         time: Option<Duration>,
     ) -> Result<Self, RenderError> {
         let options = RenderOptions {
-            view: View { crop: Some(few_pixels(options.view.region())), ..options.view },
+            view: View { crop: Some(few_pixels(options.view.region(), pilot_pixels(time))), ..options.view },
             method: (PATH.make)(&Given::default()),
             budget: Budget {
                 samples: Some(PILOT_SAMPLES),
@@ -252,9 +254,18 @@ impl Pilot {
     }
 }
 
-/// A lattice of pixels of a region, enough to know its noise.
-fn few_pixels(region: Region) -> Region {
-    let step = (f64::from(region.pixels()) / f64::from(PILOT_PIXELS)).sqrt().ceil().max(1.0) as u32;
+/// Pixels of the pilot that a slow device is through with in its share of the time.
+fn pilot_pixels(time: Option<Duration>) -> u32 {
+    let [most, least] = PILOT_PIXELS;
+    time.map_or(most, |time| {
+        let paths = PILOT_SHARE * SLOW_PATHS_PER_SECOND * time.as_secs_f64();
+        ((paths / f64::from(PILOT_SAMPLES)) as u32).clamp(least, most)
+    })
+}
+
+/// A lattice of about so many pixels of a region.
+fn few_pixels(region: Region, pixels: u32) -> Region {
+    let step = (f64::from(region.pixels()) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
     let lattice = Region::lattice(region.width, region.height, step);
     Region {
         x: region.x + lattice.x * region.stride,
