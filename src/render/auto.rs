@@ -84,7 +84,7 @@ impl Automatic {
         if is_short {
             return Ok(Self::path(TOO_SHORT, none));
         }
-        let pilot = Pilot::render(uploaded, camera, options, time)?;
+        let pilot = Pilot::within(uploaded, camera, options, time)?;
         if !pilot.is_whole {
             // A device that has no time for the pilot has none for learning.
             return Ok(Self::path(TOO_SHORT, pilot.time));
@@ -217,18 +217,44 @@ struct Pilot {
 }
 
 impl Pilot {
-    fn render(
+    /// Of as many pixels as there is time for: first of as many as a slow device is through with, then, where that leaves
+    /// most of the time, of more. Few of them keep a fast device so little busy that it seems slow.
+    fn within(
         uploaded: &Uploaded,
         camera: &Camera,
         options: &RenderOptions,
         time: Option<Duration>,
     ) -> Result<Self, RenderError> {
+        let [most, least] = PILOT_PIXELS;
+        let Some(time) = time.map(|time| time.mul_f64(PILOT_SHARE)) else {
+            return Self::render(uploaded, camera, options, most, None);
+        };
+        let slow = SLOW_PATHS_PER_SECOND * time.as_secs_f64() / f64::from(PILOT_SAMPLES);
+        let pixels = (slow as u32).clamp(least, most);
+        let first = Self::render(uploaded, camera, options, pixels, Some(time))?;
+        let left = time.saturating_sub(first.time);
+        let more = (f64::from(pixels) * 0.5 * left.as_secs_f64() / first.time.as_secs_f64()) as u32;
+        if pixels == most || more < 2 * pixels {
+            return Ok(first);
+        }
+        let second = Self::render(uploaded, camera, options, more.min(most), Some(left))?;
+        let taken = first.time + second.time;
+        Ok(Self { time: taken, ..if second.is_whole { second } else { first } })
+    }
+
+    fn render(
+        uploaded: &Uploaded,
+        camera: &Camera,
+        options: &RenderOptions,
+        pixels: u32,
+        time: Option<Duration>,
+    ) -> Result<Self, RenderError> {
         let options = RenderOptions {
-            view: View { crop: Some(few_pixels(options.view.region(), pilot_pixels(time))), ..options.view },
+            view: View { crop: Some(few_pixels(options.view.region(), pixels)), ..options.view },
             method: (PATH.make)(&Given::default()),
             budget: Budget {
                 samples: Some(PILOT_SAMPLES),
-                time: time.map(|time| TimeLimit::Rendering(time.mul_f64(PILOT_SHARE))),
+                time: time.map(TimeLimit::Rendering),
                 error: None,
             },
             first_hit_layers: false,
@@ -252,15 +278,6 @@ impl Pilot {
             time: start.elapsed(),
         })
     }
-}
-
-/// Pixels of the pilot that a slow device is through with in its share of the time.
-fn pilot_pixels(time: Option<Duration>) -> u32 {
-    let [most, least] = PILOT_PIXELS;
-    time.map_or(most, |time| {
-        let paths = PILOT_SHARE * SLOW_PATHS_PER_SECOND * time.as_secs_f64();
-        ((paths / f64::from(PILOT_SAMPLES)) as u32).clamp(least, most)
-    })
 }
 
 /// A lattice of about so many pixels of a region.
