@@ -18,7 +18,7 @@ fn light_at_record(place: u32, light_vertex: LightVertex) -> f32 {
 /// r at each of some records.
 fn light_at_records(near: vec3u, light_vertex: LightVertex) -> vec3f {
     var light: vec3f;
-    for (var k = 0u; k < CHOICE_ALL; k++) {
+    for (var k = 0u; k < records_among(near); k++) {
         light[k] = light_at_record(near[k], light_vertex);
     }
     return light;
@@ -33,7 +33,7 @@ fn record_edge(point: SurfacePoint, near: vec3u, light: vec3f) -> f32 {
 fn record_reach(near: vec3u, vertex: LightVertex) -> vec3f {
     let kind = kind_of(vertex);
     var reach: vec3f;
-    for (var k = 0u; k < CHOICE_ALL; k++) {
+    for (var k = 0u; k < records_among(near); k++) {
         if inv_q_of(near[k]) > 0.0 {
             let record = records[near[k]];
             let point = surface_point(record.triangle, record.b1, record.b2);

@@ -38,6 +38,11 @@ fn inv_q_of(record: u32) -> f32 {
     return records[record].inv_q;
 }
 
+/// Places that may hold a record. A constant in its place would make drivers unroll loops that have much in them.
+fn records_among(near: vec3u) -> u32 {
+    return select(CHOICE_ALL, 0u, near.x == NO_RECORD);
+}
+
 /// P of each choice at an eye vertex with these records.
 fn choice_shares(near: vec3u) -> vec4f {
     var shares = vec4f(0.0, 0.0, 0.0, 1.0);

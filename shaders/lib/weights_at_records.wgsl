@@ -88,7 +88,7 @@ fn reach_of(point: SurfacePoint, partials: EyePartials, world_light: vec3f) -> m
     let surface = point_surface(point);
     let frame = point_frame(point);
     let before = eye_links[partials.link].records;
-    for (var k = 0u; k < CHOICE_ALL; k++) {
+    for (var k = 0u; k < records_among(before); k++) {
         if partials.reach[k] > 0.0 {
             let world_to = normalize(records[before[k]].position - point.position);
             reach[k] = partials.reach[k] * shading_evaluate(surface, frame, world_light, world_to, false).f;

@@ -250,7 +250,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 let seen = seen_unguided(vertex, nominals[i + 1u]);
 #if at_records
                 var each = vec4f(0.0);
-                for (var choice = 0u; choice < CHOICES; choice++) {
+                // Drivers unroll a loop whose length is a constant.
+                for (var choice = 0u; choice < select(CHOICES, 0u, n == 0u); choice++) {
                     let chosen = with_choice(partials, brought[i], choice);
                     each[choice] = connect(point, seen, chosen, light_side[i + 1u]).weight;
                 }
