@@ -82,18 +82,21 @@ fn scenes() -> Vec<u32> {
     }
     let candidates: Vec<(u32, Vec<u64>)> =
         candidates.into_iter().map(|bits| (bits, pairs(bits, count))).collect();
-    let mut missing = vec![0u64; candidates[0].1.len()];
-    candidates.iter().for_each(|(_, pairs)| missing.iter_mut().zip(pairs).for_each(|(a, b)| *a |= b));
+    let none = || vec![0u64; candidates[0].1.len()];
+    let either = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a | b).collect();
+    let mut missing =
+        (0..=all).into_par_iter().map(|bits| pairs(reachable(bits), count)).reduce(none, either);
     let cover = |missing: &mut [u64], bits: u32| {
         missing.iter_mut().zip(pairs(bits, count)).for_each(|(a, b)| *a &= !b);
     };
     let mut scenes = BTreeSet::from([0, all].map(reachable));
     scenes.iter().for_each(|&bits| cover(&mut missing, bits));
+    // Sets by chance are tried, but no pair that any set has is left out.
     while missing.iter().any(|&pairs| pairs != 0) {
         let adds = |pairs: &[u64]| missing.iter().zip(pairs).map(|(a, b)| (a & b).count_ones()).sum::<u32>();
         let (best, _) = candidates.iter().max_by_key(|(_, pairs)| adds(pairs)).expect("a candidate");
+        assert!(scenes.insert(*best), "no candidate has the pairs that are left: {missing:?}");
         cover(&mut missing, *best);
-        scenes.insert(*best);
     }
     scenes.into_iter().collect()
 }
