@@ -25,21 +25,31 @@
 #import lib/strategies
 #import lib/weights
 
-// Connects the vertices that eye paths have just reached to vertices of the light cache, one invocation for each
-// connection.
+// Connects the vertices that eye paths have just reached to vertices of the light cache.
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    // All paths' first connections, then all their second: neighbours do alike.
     var index = invocation(id);
+#if software
+    // One invocation for all connections of a vertex, so that the vertex is made once.
+    if index < counts.paths_in {
+        connect_vertex(index, 0u, CONNECTIONS_IN_FLIGHT);
+    }
+#else
+    // One for each connection. All paths' first connections, then all their second: neighbours do alike.
     var slot = 0u;
     while index >= counts.paths_in && slot < CONNECTIONS_IN_FLIGHT {
         index -= counts.paths_in;
         slot++;
     }
-    if slot == CONNECTIONS_IN_FLIGHT {
-        return;
+    if slot < CONNECTIONS_IN_FLIGHT {
+        connect_vertex(index, slot, slot + 1u);
     }
+#endif
+}
+
+/// The connections in a path's slots from `first` up to `end`.
+fn connect_vertex(index: u32, first: u32, end: u32) {
     let ray = paths_in[index];
     let hit = hits[index];
     let depth = ray.depth_medium & 0xffffu;
@@ -50,8 +60,25 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (materials[eye_point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
     }
-    let number = counts.connection_round * CONNECTIONS_IN_FLIGHT + slot;
-    let selection = select_light_vertex(index, ray.path, depth, number, eye_point.material);
+    let eye = eye_end(eye_point, eye_path_vertex(eye_point, ray, sub_paths_in[index]));
+    let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye.vertex.world_from);
+    let through = transmittance(medium, hit.t);
+    let arrived = absorb(load_eye_partials(index, depth), through);
+    let number = counts.connection_round * CONNECTIONS_IN_FLIGHT;
+#if own_light_path
+    let last = end;
+#else
+    let last = min(end, connections_at(depth) - min(number, connections_at(depth)));
+#endif
+    for (var slot = first; slot < last; slot++) {
+        connect_slot(index, slot, number + slot, ray, depth, eye, arrived, through);
+    }
+}
+
+fn connect_slot(
+    index: u32, slot: u32, number: u32, ray: PathRay, depth: u32, eye: EyeEnd, arrived: EyePartials, through: vec3f,
+) {
+    let selection = select_light_vertex(index, ray.path, depth, number, eye.point.material);
     if selection.vertex == NO_VERTEX {
         return;
     }
@@ -63,29 +90,24 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if depth + light_depth + 2u > batch.max_depth || !wanted || !any(light_vertex.weight != vec3f(0.0)) {
         return;
     }
+    var seen = eye;
 #if nominal
-    let eye_vertex =
-        seen_unguided(eye_path_vertex(eye_point, ray, sub_paths_in[index]), light_nominals[selection.vertex]);
-#else
-    let eye_vertex = eye_path_vertex(eye_point, ray, sub_paths_in[index]);
+    seen.vertex = seen_unguided(eye.vertex, light_nominals[selection.vertex]);
 #endif
-    let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye_vertex.world_from);
-    let through = transmittance(medium, hit.t);
 #if at_records
-    let arrived = absorb(load_eye_partials(index, depth), through);
     let partials = with_choice(arrived, selection.light, selection.choice);
     let alone = weight_alone(partials);
 #else
-    let partials = absorb(load_eye_partials(index, depth), through);
+    let partials = arrived;
     let alone = 1.0;
 #endif
-    let connection = connect(eye_point, eye_vertex, partials, light_vertex);
+    let connection = connect(seen, partials, light_vertex);
     let weight = select(alone, connection.weight, batch.weighted != 0u);
     let contribution = ray.throughput * through * connection.light * (weight * selection.inv_density);
     if !any(contribution != vec3f(0.0)) {
         return;
     }
-    var shadow = link_ray(eye_point, connection.link, kind);
+    var shadow = link_ray(eye.point, connection.link, kind);
     shadow.depth = depth;
     deliver_connection(shadow, slot, ray, through, light_vertex, connection, contribution);
 }

@@ -12,15 +12,23 @@ struct Material {
     /// Radiance per channel.
     emission: vec3f,
     opacity: f32,
-    specular_color: vec3f,
-    specular: f32,
+    /// What lib/surface has of a microfacet; where textures have a say, of the factors alone.
+    f0: vec3f,
+    f90: f32,
     /// Absorption per unit of length inside the volume.
     absorption: vec3f,
     alpha_cutoff: f32,
     metallic: f32,
-    roughness: f32,
+    alpha: f32,
     transmission: f32,
+    eta: f32,
+    inv_base_average: f32,
+    albedo_row: u32,
+    /// What that follows from.
+    roughness: f32,
     ior: f32,
+    specular_color: vec3f,
+    specular: f32,
     normal_scale: f32,
     /// Indices into `texture_slots` plus one; 0 for none.
     base_color_texture: u32,

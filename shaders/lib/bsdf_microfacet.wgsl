@@ -106,12 +106,12 @@ fn bsdf_evaluate(s: Surface, w_from: vec3f, w_to: vec3f, from_eye: bool) -> Bsdf
         }
     }
 #endif
-    let ab = ggx_albedo(near.z, s.alpha);
+    let ab = lobe_albedo(s, near.z);
     let diffuse = diffuse_select(s, ab);
     let split = facet(s, cos_near, cos_glass, side);
     let normals = ggx_normals(h, s.alpha);
     let far_up = vec3f(far.xy, abs(far.z));
-    let ab_far = ggx_albedo(far_up.z, s.alpha);
+    let ab_far = lobe_albedo(s, far_up.z);
     let lobe = normals * ggx_visibility(near, far_up, s.alpha);
     let facet_pdf = (1.0 - diffuse) * ggx_visible_normals_pdf_solid(near, h, s.alpha);
 #if bidirectional
@@ -155,7 +155,7 @@ fn bsdf_sample_direction(s: Surface, w_from: vec3f, u: vec3f, from_eye: bool) ->
     var diffuse = 0.0;
     var h = vec3f(0.0, 0.0, 1.0);
     if !delta {
-        diffuse = diffuse_select(s, ggx_albedo(near.z, s.alpha));
+        diffuse = diffuse_select(s, lobe_albedo(s, near.z));
         if u.z < diffuse {
             sample.w = facing(sample_cosine_hemisphere(u.xy), w_from);
             sample.pdf_solid = 1.0;

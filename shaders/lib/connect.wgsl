@@ -20,12 +20,10 @@ struct Connection {
 }
 
 /// Connects an eye vertex that is no delta vertex.
-fn connect(
-    eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex,
-) -> Connection {
+fn connect(eye: EyeEnd, partials: EyePartials, light_vertex: LightVertex) -> Connection {
     let kind = kind_of(light_vertex);
     var connection: Connection;
-    connection.link = link_to(eye_point, light_vertex, kind);
+    connection.link = link_to(eye.point, light_vertex, kind);
     connection.weight = 1.0;
     let link = connection.link;
     if link.to_light == 0.0 {
@@ -44,25 +42,32 @@ fn connect(
     var eye_pdf_back = 0.0;
     var f_eye: vec3f;
     let lit = any(light_vertex.weight * f_light > vec3f(0.0));
+    var light_surface: Surface;
+    var light_frame: ShadingFrame;
+    if kind == 0u {
+        light_surface = point_surface(link.light_point);
+        light_frame = point_frame(link.light_point);
+    }
     // First the eye's end, then the light's: one call site for the whole BSDF.
     for (var turn = 0u; turn < select(1u, 2u, kind == 0u) && lit; turn++) {
         let at_eye = turn == 0u;
-        var point = link.light_point;
+        var surface = light_surface;
+        var frame = light_frame;
         var world_from = light_vertex.world_from;
         var world_to = -link.direction;
         if at_eye {
-            point = eye_point;
-            world_from = eye_vertex.world_from;
+            surface = eye.surface;
+            frame = eye.frame;
+            world_from = eye.vertex.world_from;
             world_to = link.direction;
         }
-        let surface = point_surface(point);
-        let value = shading_evaluate(surface, point_frame(point), world_from, world_to, at_eye);
+        let value = shading_evaluate(surface, frame, world_from, world_to, at_eye);
         let survives = survival(surface);
         if at_eye {
             f_eye = value.f;
             connection.pdf_light = value.pdf_solid * survives * link.to_light;
-            eye_step = vertex_step(eye_vertex, value.pdf_back_solid * survives, false);
-            eye_pdf_back = value.pdf_back_solid * survives * eye_vertex.to_previous;
+            eye_step = vertex_step(eye.vertex, value.pdf_back_solid * survives, false);
+            eye_pdf_back = value.pdf_back_solid * survives * eye.vertex.to_previous;
             if !any((light_vertex.weight > vec3f(0.0)) & (f_eye > vec3f(0.0))) {
                 // Nothing to do at the light's end.
                 break;
@@ -71,23 +76,23 @@ fn connect(
             f_light = value.f;
             pdf_eye = value.pdf_solid * survives * link.to_eye;
             connection.pdf_back = value.pdf_back_solid * survives * light_vertex.to_previous;
-            let edge = cached_edge(light_vertex, point, world_to) * scale_from_deep(eye_depth(partials) + 1u);
+            let edge = cached_edge(light_vertex, link.light_point, world_to) * scale_from_deep(eye_depth(partials) + 1u);
             light_step = mis_step(light_vertex.ratio, connection.pdf_back, edge, light_vertex.pdf_area);
         }
     }
-    var medium = medium_towards(eye_point, link.direction);
+    var medium = medium_towards(eye.point, link.direction);
     if kind == 0u {
         medium = medium_between(medium, link.light_point, -link.direction);
     }
     f_light *= transmittance(medium, link.distance);
     let light = light_vertex.weight * f_light;
-    let geometry = abs(dot(link.direction, eye_point.world_ng)) * link.to_light;
+    let geometry = abs(dot(link.direction, eye.point.world_ng)) * link.to_light;
     connection.light = light * f_eye * geometry;
     connection.f_eye = f_eye;
     connection.f_light = f_light;
     connection.geometry = geometry;
     let weight = weigh_connection(
-        eye_point, eye_vertex, partials, light_vertex, link.direction, f_eye, light * geometry,
+        eye.point, eye.vertex, partials, light_vertex, link.direction, f_eye, light * geometry,
         eye_step, eye_pdf_back, pdf_eye, light_step, connection.pdf_light,
     );
     connection.weight = weight.weight;

@@ -32,27 +32,23 @@ fn leaving(light_vertex: LightVertex, kind: u32, point: SurfacePoint, direction:
     return select(vec2f(0.0), vec2f(1.0, light_vertex.pdf_scale * abs(w_to.cos_shading)), is_open(w_to) && lit_side);
 }
 
-fn connect(
-    eye_point: SurfacePoint, eye_vertex: PathVertex, partials: EyePartials, light_vertex: LightVertex,
-) -> Connection {
+fn connect(eye: EyeEnd, partials: EyePartials, light_vertex: LightVertex) -> Connection {
     let kind = kind_of(light_vertex);
     var connection: Connection;
-    connection.link = link_to(eye_point, light_vertex, kind);
+    connection.link = link_to(eye.point, light_vertex, kind);
     connection.weight = 1.0;
     let link = connection.link;
-    let frame = point_frame(eye_point);
-    let w_from = shading_direction(frame, eye_vertex.world_from);
-    let w_to = shading_direction(frame, link.direction);
+    let w_from = shading_direction(eye.frame, eye.vertex.world_from);
+    let w_to = shading_direction(eye.frame, link.direction);
     let reflects = is_open(w_from) && is_open(w_to) && (w_from.cos_geometric > 0.0) == (w_to.cos_geometric > 0.0);
     let leaves = leaving(light_vertex, kind, link.light_point, -link.direction);
     if link.to_light == 0.0 || leaves.x == 0.0 || !reflects {
         return connection;
     }
-    let surface = point_surface(eye_point);
-    let f = lambert_f(surface, w_to);
-    let pdf_scale = lambert_pdf_scale(surface);
+    let f = lambert_f(eye.surface, w_to);
+    let pdf_scale = lambert_pdf_scale(eye.surface);
     let pdf_back_solid = pdf_scale * abs(w_from.cos_shading);
-    let eye_step = vertex_step(eye_vertex, pdf_back_solid, false);
+    let eye_step = vertex_step(eye.vertex, pdf_back_solid, false);
     let pdf_light = pdf_scale * abs(w_to.cos_shading) * link.to_light;
     let pdf_eye = leaves.y * link.to_eye;
     let arriving_light = light_vertex.weight * (leaves.x * abs(w_to.cos_geometric) * link.to_light);
@@ -60,8 +56,8 @@ fn connect(
     let light_step =
         light_vertex.step + light_vertex.edge_step * (scale_from_deep(eye_depth(partials) + 1u) - 1.0);
     connection.weight = weigh_connection(
-        eye_point, eye_vertex, partials, light_vertex, link.direction, f, arriving_light,
-        eye_step, pdf_back_solid * eye_vertex.to_previous, pdf_eye, light_step, pdf_light,
+        eye.point, eye.vertex, partials, light_vertex, link.direction, f, arriving_light,
+        eye_step, pdf_back_solid * eye.vertex.to_previous, pdf_eye, light_step, pdf_light,
     ).weight;
     return connection;
 }

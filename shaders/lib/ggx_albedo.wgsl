@@ -1,6 +1,6 @@
 // Directional albedo of the GGX lobe under Schlick's reflectance: E = f0 a + f90 b with (a, b) of a table that
-// `halfway::math::ggx_albedo` integrates in f64. The importing kernel brings `ggx_albedo_texel`
-// (bind/ggx_albedo).
+// `halfway::math::ggx_albedo` integrates in f64: rows of all alphas where textures have a say, or else those of the
+// materials. The importing kernel brings `ggx_albedo_texel` (bind/ggx_albedo).
 
 const GGX_ALBEDO_SIZE: u32 = 32u;
 
@@ -19,9 +19,9 @@ fn ggx_albedo_cell(x: f32) -> GgxAlbedoCell {
     return GgxAlbedoCell(index, position - f32(index));
 }
 
-/// Rows go by the fourth root of alpha.
-fn ggx_albedo_alpha_cell(alpha: f32) -> GgxAlbedoCell {
-    return ggx_albedo_cell((sqrt(sqrt(alpha)) - GGX_ALBEDO_LOWEST) / (1.0 - GGX_ALBEDO_LOWEST));
+/// In a row. Columns go by the fourth root of the cosine.
+fn ggx_albedo_column(cos_theta: f32) -> GgxAlbedoCell {
+    return ggx_albedo_cell(sqrt(sqrt(cos_theta)));
 }
 
 fn ggx_albedo_row(row: u32, cell: GgxAlbedoCell) -> vec2f {
@@ -29,9 +29,20 @@ fn ggx_albedo_row(row: u32, cell: GgxAlbedoCell) -> vec2f {
     return mix(ggx_albedo_texel(first), ggx_albedo_texel(first + 1u), cell.weight);
 }
 
-/// (a, b) for light or eye at `cos_theta` in (0, 1], bilinear. Columns go by the fourth root of the cosine.
+#if !surface_textures
+/// (a, b) for light or eye at `cos_theta` in (0, 1], linear in a row.
+fn ggx_albedo_along(row: u32, cos_theta: f32) -> vec2f {
+    return ggx_albedo_row(row, ggx_albedo_column(cos_theta));
+}
+#else
+/// Rows go by the fourth root of alpha.
+fn ggx_albedo_alpha_cell(alpha: f32) -> GgxAlbedoCell {
+    return ggx_albedo_cell((sqrt(sqrt(alpha)) - GGX_ALBEDO_LOWEST) / (1.0 - GGX_ALBEDO_LOWEST));
+}
+
+/// The same, bilinear.
 fn ggx_albedo(cos_theta: f32, alpha: f32) -> vec2f {
-    let column = ggx_albedo_cell(sqrt(sqrt(cos_theta)));
+    let column = ggx_albedo_column(cos_theta);
     let row = ggx_albedo_alpha_cell(alpha);
     return mix(ggx_albedo_row(row.index, column), ggx_albedo_row(row.index + 1u, column), row.weight);
 }
@@ -41,3 +52,4 @@ fn ggx_albedo(cos_theta: f32, alpha: f32) -> vec2f {
 fn ggx_albedo_average(alpha: f32) -> vec2f {
     return ggx_albedo_row(GGX_ALBEDO_SIZE, ggx_albedo_alpha_cell(alpha));
 }
+#endif

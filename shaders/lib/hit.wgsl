@@ -176,6 +176,7 @@ fn point_surface(point: SurfacePoint) -> Surface {
     return surface_lambert(base_color);
 #else
     let material = materials[point.material];
+#if surface_textures
     var factors = SurfaceFactors(
         base_color,
         material.metallic,
@@ -199,6 +200,22 @@ fn point_surface(point: SurfacePoint) -> Surface {
     factors.transmission *= slot_value(point, material.transmission_texture).r;
 #endif
     return surface_from_factors(factors);
+#else
+    var surface: Surface;
+    surface.base_color = base_color;
+    surface.flags = material.flags & (MATERIAL_DELTA | MATERIAL_VOLUME);
+    surface.f0 = material.f0;
+    surface.f90 = material.f90;
+    surface.metallic = material.metallic;
+    surface.alpha = material.alpha;
+#if transmission
+    surface.transmission = material.transmission;
+    surface.eta = material.eta;
+#endif
+    surface.inv_base_average = material.inv_base_average;
+    surface.albedo_row = material.albedo_row;
+    return surface;
+#endif
 #endif
 }
 

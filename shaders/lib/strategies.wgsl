@@ -17,6 +17,18 @@
 // (`connect` of lib/connect, or of lib/connect_lambert), an eye path hits a light (lib/weights), a light vertex is
 // connected to the camera.
 
+/// An eye vertex that connects.
+struct EyeEnd {
+    point: SurfacePoint,
+    vertex: PathVertex,
+    surface: Surface,
+    frame: ShadingFrame,
+}
+
+fn eye_end(point: SurfacePoint, vertex: PathVertex) -> EyeEnd {
+    return EyeEnd(point, vertex, point_surface(point), point_frame(point));
+}
+
 /// The edge between an eye vertex and a light vertex.
 struct Link {
     /// Unit direction to the light vertex.

@@ -37,6 +37,10 @@ struct Surface {
     eta: f32,
     /// 1 / (1 - average albedo of the dielectric interface): see `diffuse_layer` in lib/bsdf.
     inv_base_average: f32,
+#if !surface_textures
+    /// Where the table of albedos has the row of this alpha.
+    albedo_row: u32,
+#endif
 #endif
 }
 
@@ -52,7 +56,7 @@ fn surface_lambert(base_color: vec3f) -> Surface {
     return s;
 }
 
-#if !lambert_only
+#if surface_textures
 /// The glTF parameters, factors times textures. `ior` is at least 1.
 struct SurfaceFactors {
     base_color: vec3f,
@@ -83,6 +87,17 @@ fn surface_from_factors(m: SurfaceFactors) -> Surface {
     let average = interface_albedo(s, ggx_albedo_average(s.alpha));
     s.inv_base_average = select(0.0, 1.0 / (1.0 - average), average < 1.0);
     return s;
+}
+#endif
+
+#if !lambert_only
+/// (a, b) of lib/ggx_albedo at a cosine to the normal.
+fn lobe_albedo(s: Surface, cos_theta: f32) -> vec2f {
+#if surface_textures
+    return ggx_albedo(cos_theta, s.alpha);
+#else
+    return ggx_albedo_along(s.albedo_row, cos_theta);
+#endif
 }
 
 /// Albedo of the opaque dielectric's interface from the table's (a, b): the largest channel, so that a coloured

@@ -68,9 +68,9 @@ features! {
         Alpha alpha, [], "looks up opacity inside the traversal, at every hit of such a surface";
         Culling culling, [], "a test at every hit of the camera's rays on such a surface";
         Textures textures, [], "look-ups while shading; 4 bytes per texel of memory";
-        MetallicRoughnessTexture metallic_roughness_texture, [Textures], "one look-up per surface";
-        SpecularTexture specular_texture, [Textures], "two look-ups per surface";
-        TransmissionTexture transmission_texture, [Textures], "one look-up per surface";
+        MetallicRoughnessTexture metallic_roughness_texture, [Textures, SurfaceTextures], "one look-up per surface";
+        SpecularTexture specular_texture, [Textures, SurfaceTextures], "two look-ups per surface";
+        TransmissionTexture transmission_texture, [Textures, SurfaceTextures], "one look-up per surface";
         EmissionTexture emission_texture, [Textures], "one look-up per surface that emits";
         Normals normals, [Attributes, BentNormals], "12 bytes per vertex";
         NormalMap normal_map, [Attributes, Textures, BentNormals], "28 bytes per vertex, one look-up per surface";
@@ -86,6 +86,7 @@ features! {
         // From the scene.
         Attributes attributes, [], "vertices carry more than positions";
         BentNormals bent_normals, [], "directions are moved so that a bent normal loses no light";
+        SurfaceTextures surface_textures, [], "what microfacets do follows from textures at each hit, not once for a material";
         Lights lights, [], "something can be sampled as a light";
         Coincident coincident, [], "hits of surfaces that lie in others, and samples of such lights, look at what is in front";
         Instances instances, [], "meshes in many places are stored once: rays go through a second level of trees";

@@ -52,6 +52,15 @@ impl GgxAlbedo {
         [0, 1].map(|part| lerp(low[part], high[part], weight))
     }
 
+    /// What [`Self::directional`] is at the nodes of the cosine, for one alpha.
+    pub fn row(&self, alpha: f64) -> Vec<[f32; 2]> {
+        let (row, weight) = cell(alpha_position(alpha));
+        let nodes = self.texels[row * SIZE..][..SIZE].iter().zip(&self.texels[(row + 1) * SIZE..]);
+        nodes
+            .map(|(low, high)| [0, 1].map(|part| lerp(low[part].into(), high[part].into(), weight) as f32))
+            .collect()
+    }
+
     /// The cosine-weighted average of [`Self::directional`] over the hemisphere.
     pub fn average(&self, alpha: f64) -> [f64; 2] {
         self.along(SIZE, alpha_position(alpha))

@@ -159,4 +159,4 @@ impl Material {
 }
 
 /// Narrowest finite refracted lobe, as alpha * |ior - 1|: about its half angle in radians.
-const MIN_REFRACTED_SPREAD: f32 = 2e-4;
+pub const MIN_REFRACTED_SPREAD: f32 = 2e-4;

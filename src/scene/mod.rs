@@ -33,7 +33,7 @@ pub use features::SceneFeatures;
 pub use instance::{Instance, Instancing, Repeated, normal_matrix, worth_keeping};
 pub use light::{LightKind, PunctualLight};
 pub use light_groups::LightGroup;
-pub use material::{AlphaMode, Material, TextureRef};
+pub use material::{AlphaMode, MIN_REFRACTED_SPREAD, Material, TextureRef};
 pub use texture::{Filter, Image, Texture, Wrap};
 pub use viewpoint::{Viewpoint, moved_name};
 pub use warning::Warning;

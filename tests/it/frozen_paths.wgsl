@@ -253,12 +253,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 // Drivers unroll a loop whose length is a constant.
                 for (var choice = 0u; choice < select(CHOICES, 0u, n == 0u); choice++) {
                     let chosen = with_choice(partials, brought[i], choice);
-                    each[choice] = connect(point, seen, chosen, light_side[i + 1u]).weight;
+                    each[choice] = connect(eye_end(point, seen), chosen, light_side[i + 1u]).weight;
                 }
                 choices[path * 8u + i] = each;
                 weights[first + i + 1u] = sum_of(each);
 #else
-                weights[first + i + 1u] = connect(point, seen, partials, light_side[i + 1u]).weight;
+                weights[first + i + 1u] = connect(eye_end(point, seen), partials, light_side[i + 1u]).weight;
 #endif
             }
         }

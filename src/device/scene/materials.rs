@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 
 use super::Target;
+use super::microfacet::{AlbedoTable, Microfacet};
 use super::thinning::thinning_units;
 use super::units::scaled;
 use crate::accel::UnitSpace;
@@ -13,10 +14,11 @@ use crate::device::layout::{
     TEXTURE_NEAREST, TEXTURE_SRGB, TEXTURE_UV1, THINNING_SHIFT, THINNING_UNITS, TextureSlot,
 };
 use crate::device::pages::PageWriter;
-use crate::device::{DeviceError, PagedBuffer};
+use crate::device::{DeviceError, Feature, Features, PagedBuffer};
 use crate::scene::{self, AlphaMode, Filter, Scene, SceneFeatures, TextureRef};
 
-/// Uploads `materials`, and `texture_slots` and `texels` where the scene has textures. True where connections of some material
+/// Uploads `materials`, `ggx_albedo_table` where there are microfacets, and `texture_slots` and `texels` where the scene has
+/// textures. True where connections of some material
 /// are thinned.
 pub(super) fn upload(
     target: &mut Target<'_>,
@@ -29,9 +31,12 @@ pub(super) fn upload(
         Textures { scene, slots: Vec::new(), images: Vec::new(), placed: BTreeMap::new(), end: 0 };
     let mut materials = Vec::with_capacity(scene.materials.len().max(1));
     let mut thins = false;
+    let is_whole = Features::from(*features).contains(Feature::SurfaceTextures);
+    let mut table = (!features.lambert_only).then(|| AlbedoTable::new(is_whole));
     for material in &scene.materials {
         let thinning = thinning_units(scene, material);
         thins |= thinning < THINNING_UNITS;
+        let facets = table.as_mut().map_or_else(Microfacet::default, |table| table.microfacet(material));
         let mut slot = |texture: Option<TextureRef>, srgb: bool| match texture {
             Some(texture) if features.textures => textures.slot(texture, srgb),
             _ => 0,
@@ -41,17 +46,23 @@ pub(super) fn upload(
             flags: flags(material) | thinning << THINNING_SHIFT,
             emission: emission(material, radiance_exponent).to_array(),
             opacity: material.alpha,
-            specular_color: material.specular_color.to_array(),
-            specular: material.specular,
+            f0: facets.f0.to_array(),
+            f90: facets.f90,
             absorption: absorption(material, unit).to_array(),
             alpha_cutoff: match material.alpha_mode {
                 AlphaMode::Mask { cutoff } => cutoff,
                 _ => 0.0,
             },
             metallic: material.metallic,
-            roughness: material.roughness,
+            alpha: facets.alpha,
             transmission: material.transmission,
+            eta: facets.eta,
+            inv_base_average: facets.inv_base_average,
+            albedo_row: facets.row,
+            roughness: material.roughness,
             ior: material.ior,
+            specular_color: material.specular_color.to_array(),
+            specular: material.specular,
             normal_scale: material.normal_scale,
             base_color_texture: slot(material.base_color_texture, true),
             metallic_roughness_texture: slot(material.metallic_roughness_texture, false),
@@ -63,6 +74,9 @@ pub(super) fn upload(
         });
     }
     target.buffers.upload(target.context, "materials", &materials)?;
+    if let Some(table) = table {
+        target.buffers.upload(target.context, "ggx_albedo_table", &table.texels)?;
+    }
     if features.textures {
         target.buffers.upload(target.context, "texture_slots", &textures.slots)?;
         textures.upload(target)?;

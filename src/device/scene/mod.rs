@@ -5,6 +5,7 @@ mod instances;
 mod lights;
 mod materials;
 mod memory;
+mod microfacet;
 mod thinning;
 mod units;
 mod vertices;
@@ -25,7 +26,6 @@ use super::pages::{PageWriter, PagedBuffer, Pages};
 use super::traversal::Traversal;
 use crate::accel::{Accel, AccelTriangle, UnitSpace};
 use crate::device::DeviceError;
-use crate::math::ggx_albedo::GgxAlbedo;
 use crate::math::scale::normalising_exponent;
 use crate::scene::{self, Projection, Scene, SceneFeatures};
 use units::punctual_intensity;
@@ -142,9 +142,6 @@ impl DeviceScene {
         let thins = materials::upload(&mut target, scene, &accel.unit, &features, radiance_exponent)?;
         if Features::from(features).contains(Feature::Attributes) {
             vertices::upload(&mut target, scene, accel, &features)?;
-        }
-        if !features.lambert_only {
-            target.buffers.upload(context, "ggx_albedo_table", &GgxAlbedo::new().texels)?;
         }
         lights.upload(&mut target)?;
         let Target { buffers, pages, constants, .. } = target;

@@ -153,8 +153,11 @@ impl Bidirectional {
             stages.extend(self.records.iter().flat_map(|records| records.of_eye_vertices(parity)));
             if let Some(connect) = &self.stages.connect {
                 for first in (0..wanted).step_by(in_flight as usize) {
-                    let slots = in_flight.min(wanted - first);
-                    stages.push(Stage::new(&connect[parity], Size::Connections(slots)));
+                    let size = match self.wavefront.is_software() {
+                        true => Size::Paths,
+                        false => Size::Connections(in_flight.min(wanted - first)),
+                    };
+                    stages.push(Stage::new(&connect[parity], size));
                     stages.extend(self.wavefront.test_connections.iter().cloned());
                 }
             }

@@ -146,6 +146,11 @@ impl Wavefront {
         self.compiler.features.contains(Feature::Lights)
     }
 
+    /// An invocation makes all connections of a vertex: nothing is gained by more of them.
+    pub(crate) fn is_software(&self) -> bool {
+        self.compiler.features.contains(Feature::Software)
+    }
+
     /// What kernels that meet the environment are compiled with.
     pub(crate) fn sky_features(&self) -> &'static [Feature] {
         let unseen = self.settings.transparent && self.compiler.features.contains(Feature::Environment);

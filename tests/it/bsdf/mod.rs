@@ -12,8 +12,9 @@ use halfway::device::Feature;
 use crate::bsdf_f64::{Bsdf, Factors, albedo_table};
 use crate::gpu;
 
-/// Features of a scene with everything.
-pub const ALL_FEATURES: [Feature; 2] = [Feature::Transmission, Feature::RoughTransmission];
+/// Features of a scene with everything; parameters are those of textures, each configuration its own.
+pub const ALL_FEATURES: [Feature; 3] =
+    [Feature::Transmission, Feature::RoughTransmission, Feature::SurfaceTextures];
 
 /// Imports, the albedo table as a storage buffer, and a configuration: what is sampled and from where.
 const HEADER: &str = "
