@@ -133,9 +133,10 @@ struct Seen {
 
 impl GuideInput<'_> {
     /// The guide; and the mean of the logarithm of its density over that of even choices along light paths that had no part
-    /// in it, each as it counts: 0 where it says nothing. `None` where there are none.
-    pub fn learn(&self) -> (LightGuide, Option<f64>) {
-        let paths = 0..self.weights.len();
+    /// in it, each as it counts: 0 where it says nothing. `None` where there are none. `step`: from every so many-th path.
+    pub fn learn(&self, step: usize) -> (LightGuide, Option<f64>) {
+        let count = self.weights.len().div_ceil(step);
+        let paths = (0..count).into_par_iter().map(|index| index * step);
         let of_edges = |path: usize| {
             let mut seen = Vec::new();
             self.edges(path, |one| seen.push(one));
@@ -143,8 +144,8 @@ impl GuideInput<'_> {
         };
         let of_lights = |path: usize| self.light(path);
         let (judging, taught): (Vec<Seen>, Vec<Seen>) =
-            paths.clone().into_par_iter().flat_map_iter(of_edges).partition(|seen| judges(seen.by));
-        let lights: Vec<Seen> = paths.into_par_iter().filter_map(of_lights).collect();
+            paths.clone().flat_map_iter(of_edges).partition(|seen| judges(seen.by));
+        let lights: Vec<Seen> = paths.filter_map(of_lights).collect();
 
         let mut cells = vec![0.0; self.subspaces as usize * GUIDE_CELLS];
         let trust = rows(taught, self.subspaces, |seen| {
@@ -364,7 +365,7 @@ mod tests {
         let sources = vec![SourceLabels { first: 0, divisions: 1 }; lights.len()];
         let (gamma, q) = ([0.5; 4], [1.0; 2]);
         let (weights, labels, sources) = (&weights[..], &labels[..], &sources[..]);
-        GuideInput { set, weights, labels, gamma: &gamma, q: &q, lights, sources, subspaces: 2 }.learn()
+        GuideInput { set, weights, labels, gamma: &gamma, q: &q, lights, sources, subspaces: 2 }.learn(1)
     }
 
     /// The host finds the cell that the device would draw a ray from, for every kind of light.

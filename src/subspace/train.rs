@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::centroid::{Centroids, largest_variance, systematic};
 use super::gamma::{Neighbours, Problem, ProblemBuilder, Term, optimise};
-use super::guide::GuideInput;
+use super::guide::{GuideInput, LightGuide};
 use super::model::{CentroidMove, Counts, Model, Seconds, TrainingReport};
 use super::normaliser::Normaliser;
 use super::prepare::{PathWeight, check_lights, weigh};
@@ -23,6 +23,9 @@ const LEAST_SOURCE_SUBSPACES: u32 = 16;
 /// Mean logarithm of how much denser guided light paths are where they are wanted, below which they are not guided: at .3 it
 /// gained nothing, at 1.2 half (docs/measurements.md, Connections and shares by depth).
 const LEAST_GUIDE_GAIN: f64 = 0.4;
+/// Where there are twice as many paths, so many say first whether a guide may be worth it: one that has half of the least gain
+/// by them is learnt from all. Most scenes want none, and learning one took a third of what the host does in a round.
+const GAUGED_PATHS: usize = 1 << 16;
 /// Subspaces that learn from each other, itself counted. Eight gain no more where paths are few, and less where they are
 /// many.
 const NEIGHBOURS: usize = 4;
@@ -102,10 +105,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         sources: &sources,
         subspaces,
     };
-    let learnt = settings.light_guide.then(|| input.learn());
-    let guide_gain = learnt.as_ref().and_then(|(_, gain)| *gain);
-    let guide =
-        learnt.map(|(guide, _)| guide).filter(|_| guide_gain.is_none_or(|gain| gain >= LEAST_GUIDE_GAIN));
+    let (guide, guide_gain) = if settings.light_guide { learn_guide(&input) } else { (None, None) };
     seconds.guide = clock.lap();
     seconds.total = start.elapsed().as_secs_f64();
 
@@ -155,6 +155,19 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         guide,
         report,
     })
+}
+
+/// The guide of light paths where it is worth it, and what it gains.
+fn learn_guide(input: &GuideInput) -> (Option<LightGuide>, Option<f64>) {
+    let step = input.weights.len() / GAUGED_PATHS;
+    if step >= 2
+        && let (_, Some(gain)) = input.learn(step)
+        && gain < 0.5 * LEAST_GUIDE_GAIN
+    {
+        return (None, Some(gain));
+    }
+    let (guide, gain) = input.learn(1);
+    (gain.is_none_or(|gain| gain >= LEAST_GUIDE_GAIN).then_some(guide), gain)
 }
 
 /// Measures one part after the other.
