@@ -93,7 +93,8 @@ impl Wavefront {
         let kernels = SharedKernels::new(context, &mut compiler, &settings, &pages)?;
 
         let connects = kernels.tests.is_some();
-        let capacity = queues::capacity(context, form.connections);
+        let picture = settings.view.width.saturating_mul(settings.view.height);
+        let capacity = queues::capacity(context, form.connections, picture);
         let swapped = queues::create(context, &mut buffers, camera, &form, capacity, connects)?;
         let [camera_rays, _] = bind_pair(context, &mut buffers, &swapped, &kernels.camera_rays)?;
         let closest_hit = bind_pair(context, &mut buffers, &swapped, &kernels.closest_hit)?;

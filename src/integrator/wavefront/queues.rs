@@ -3,14 +3,14 @@
 use super::Wavefront;
 use super::kernels::Form;
 use crate::device::layout::{
-    Batch, Camera, Counts, EyeLink, EyeMis, Hit, LightMis, PathRay, RecordLink, ShadowRay, SubPath,
-    TrainingEnd, TrainingVertex,
+    Batch, Camera, Counts, EyeLink, EyeMis, Hit, LightMis, PathRay, RecordLink, SAMPLES_A_GROUP, ShadowRay,
+    SubPath, TrainingEnd, TrainingVertex,
 };
 use crate::device::{BufferTable, Context, DeviceError};
 
-/// Paths in flight on a software device: enough to hide the tail of a batch, few enough to stay in its caches and
-/// to keep a dispatch near 100 ms.
-const CPU_CAPACITY: u32 = 1 << 16;
+/// Paths in flight on a software device, at least and at most: enough to hide the tail of a batch, few enough to keep a dispatch
+/// near 100 ms (docs/measurements.md, Speed).
+const CPU_CAPACITY: [u32; 2] = [1 << 16, 1 << 18];
 /// Paths in flight on a GPU.
 const GPU_CAPACITY: u32 = 1 << 20;
 /// Vertices of an eye path that there is room for on average, where paths keep lists of them.
@@ -19,11 +19,16 @@ const EYE_LINKS_A_PATH: u32 = 4;
 /// Buffers that paths change places between: the name, and both of them.
 pub(super) type Swapped = Vec<(&'static str, [wgpu::Buffer; 2])>;
 
-/// Paths in flight at most, each with so many connections: as many as one buffer has room for.
-pub(super) fn capacity(context: &Context, connections: u32) -> u32 {
+/// Paths in flight at most, each with so many connections: as many as one buffer has room for. `pixels`: of the picture.
+pub(super) fn capacity(context: &Context, connections: u32, pixels: u32) -> u32 {
     let largest = u64::from(connections) * size_of::<ShadowRay>().max(size_of::<SubPath>()) as u64;
     let room = (context.binding / largest).min(u64::from(GPU_CAPACITY)) as u32;
-    let wanted = if context.is_cpu() { CPU_CAPACITY } else { GPU_CAPACITY };
+    let [least, most] = CPU_CAPACITY;
+    let wanted = match context.is_cpu() {
+        // A group of samples of all pixels, as far as that goes.
+        true => pixels.saturating_mul(SAMPLES_A_GROUP).min(most).next_power_of_two().max(least),
+        false => GPU_CAPACITY,
+    };
     wanted.min(1 << room.max(1).ilog2())
 }
 
