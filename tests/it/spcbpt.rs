@@ -235,7 +235,7 @@ fn rounds_end_for_a_reason() {
     let door = builtin("door").expect("a built-in scene");
     let first = Training { when: Some(When::First), ..Training::default() };
     for (samples, most) in [(None, "5"), (Some(1_000_000), "7")] {
-        let (choice, losses) = rounds(&door, [24, 24], first.clone(), samples);
+        let (choice, losses) = rounds(&door, [16, 16], first.clone(), samples);
         assert_eq!(
             (choice.value.as_str(), choice.reason.as_str()),
             (most, "as many as wanted"),

@@ -227,7 +227,7 @@ fn renders_go_on_to_a_goal_that_is_near() {
 fn a_render_goes_on_to_its_goal() {
     let scene = builtin("cornell").expect("a built-in scene");
     let shot = |samples| {
-        let options = options([16, 16], samples);
+        let options = options([8, 8], samples);
         Renderer::new(gpu::context(), &scene, RenderOptions { budget: Budget::default(), ..options })
             .expect("a renderer")
     };
@@ -236,7 +236,7 @@ fn a_render_goes_on_to_its_goal() {
     renderer.run(|_| false).expect("a render");
     let reference = renderer.picture().expect("a picture");
     // The checkpoints compare every other pixel of every other row.
-    let region = Region::lattice(16, 16, 2);
+    let region = Region::lattice(8, 8, 2);
     let reference = Reference { picture: &reference.part(&region), region };
     let mut probe = SpeedProbe::new(gpu::context()).expect("a probe");
     let mut run = |time: Duration, goal: Option<Goal>| {
