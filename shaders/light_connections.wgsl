@@ -56,6 +56,17 @@ fn connect_vertex(index: u32, first: u32, end: u32) {
     if hit.triangle == NO_TRIANGLE || depth + 2u > batch.max_depth {
         return;
     }
+    // How many there are, as far as this is known by now.
+#if own_light_path
+    let count = light_path_offsets[ray.path + 1u] - light_path_offsets[ray.path];
+#else
+    let count = connections_at(depth);
+#endif
+    let number = counts.connection_round * CONNECTIONS_IN_FLIGHT;
+    let last = min(end, count - min(number, count));
+    if first >= last {
+        return;
+    }
     let eye_point = surface_point(hit.triangle, hit.b1, hit.b2);
     if (materials[eye_point.material].flags & (MATERIAL_DELTA | MATERIAL_UNLIT)) != 0u {
         return;
@@ -64,12 +75,6 @@ fn connect_vertex(index: u32, first: u32, end: u32) {
     let medium = medium_between(ray.depth_medium >> 16u, eye_point, eye.vertex.world_from);
     let through = transmittance(medium, hit.t);
     let arrived = absorb(load_eye_partials(index, depth), through);
-    let number = counts.connection_round * CONNECTIONS_IN_FLIGHT;
-#if own_light_path
-    let last = end;
-#else
-    let last = min(end, connections_at(depth) - min(number, connections_at(depth)));
-#endif
     for (var slot = first; slot < last; slot++) {
         connect_slot(index, slot, number + slot, ray, depth, eye, arrived, through);
     }

@@ -4,8 +4,9 @@
 #import lib/math
 #endif
 
-// The parameters of a BSDF at a hit, textures applied, and how they follow from glTF's
-// (metallic-roughness, KHR_materials_ior, _specular, _transmission, _volume).
+// The parameters of a BSDF at a hit. How they follow from glTF's (metallic-roughness, KHR_materials_ior, _specular,
+// _transmission, _volume): here where textures have a say, else on the host, once for each material, by the same rules
+// (`halfway::device::scene::microfacet`).
 
 /// Nothing but delta lobes. The host decides it, for the whole material: `Material::is_delta`.
 const SURFACE_DELTA: u32 = 1u;

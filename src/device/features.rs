@@ -93,7 +93,7 @@ features! {
         ThinGaps thin_gaps, [], "distances along rays are those of planes: surfaces that all but touch are told apart";
         DeepTree deep_tree, [], "the traversal's stack is four times as large";
         // From the device.
-        Software software, [], "a workgroup's invocations run one after the other, and a minimum costs three instructions";
+        Software software, [], "a workgroup's invocations run one after the other, each makes all connections of a vertex, and a minimum costs three instructions";
         RayQuery ray_query, [], "the driver's acceleration structure finds what rays meet, in hardware where it has any";
         // From the method, for all its kernels.
         Bidirectional bidirectional, [], "rays carry what bidirectional weights need, 32 bytes each";

@@ -125,7 +125,8 @@ pub struct TrainingReport {
     pub row_entropy: [f64; 3],
     /// Largest over smallest positive estimate of Q.
     pub q_spread: f64,
-    /// Of guided light paths: the mean logarithm of how much denser they are where their light is wanted.
+    /// Of guided light paths: the mean logarithm of how much denser they are where their light is wanted. Where that is far from
+    /// worth it, by a part of the training paths.
     pub guide_gain: f64,
     pub seconds: Seconds,
 }

@@ -13,7 +13,7 @@ use crate::shots::{options, render};
 
 const SAMPLES: u32 = 2;
 
-/// More pixels than a software device has paths in flight, and fewer: a sample takes several batches, or one.
+/// More pixels than `bdpt` has paths in flight on a software device, and fewer: a sample takes several batches, or one.
 const LARGE: [u32; 2] = [330, 200];
 const SMALL: [u32; 2] = [40, 30];
 
@@ -25,7 +25,7 @@ fn a_cut_leaves_whole_samples() {
     let lvcbpt = LvcBpt { light_paths: Some(500), connections: Connections::even(1), light_tracing: true };
     let bdpt = Bdpt { light_tracing: true };
     for (method, size) in
-        [(Method::Path, LARGE), (Method::Bdpt(bdpt), LARGE), (Method::LvcBpt(lvcbpt), SMALL)]
+        [(Method::Path, SMALL), (Method::Bdpt(bdpt), LARGE), (Method::LvcBpt(lvcbpt), SMALL)]
     {
         let options = RenderOptions {
             view: View { max_depth: Some(2), ..options(size, SAMPLES).view },

@@ -123,13 +123,13 @@ fn n19_a_lattice_is_a_part_of_the_whole() {
 fn n19_batches_of_pixels_do_not_show() {
     let scene = builtin("cornell").expect("a built-in scene");
     let options = RenderOptions {
-        view: View { max_depth: Some(3), ..options(320, 240, 2).view },
+        view: View { max_depth: Some(3), ..options(1030, 256, 2).view },
         first_hit_layers: false,
-        ..options(320, 240, 2)
+        ..options(1030, 256, 2)
     };
     let whole = render(&scene, options.clone());
-    // Around pixel 65536, where the first batch of 2^16 paths ends.
-    for region in [Region::new(0, 200, 320, 10), Region::new(200, 204, 120, 2)] {
+    // Around pixel 262144, where the first batch of 2^18 paths ends.
+    for region in [Region::new(0, 250, 1030, 6), Region::new(500, 253, 300, 3)] {
         let crop = render(
             &scene,
             RenderOptions { view: View { crop: Some(region), ..options.clone().view }, ..options.clone() },

@@ -12,7 +12,7 @@ const MIN_ROUGH_ETA: f32 = 1.02;
 
 /// The parameters of the BSDF, but for the base colour.
 #[derive(Default)]
-pub(super) struct Microfacet {
+pub struct Microfacet {
     /// Reflectance of the opaque dielectric's interface at normal incidence, and at grazing incidence.
     pub f0: Vec3,
     pub f90: f32,
@@ -27,7 +27,7 @@ pub(super) struct Microfacet {
 }
 
 /// The table of albedos as kernels have it: all of it, or the rows of the alphas that materials have, each once.
-pub(super) struct AlbedoTable {
+pub struct AlbedoTable {
     albedo: GgxAlbedo,
     pub texels: Vec<[f32; 2]>,
     /// By the bits of alpha; `None`: all of the table.

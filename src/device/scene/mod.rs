@@ -5,7 +5,7 @@ mod instances;
 mod lights;
 mod materials;
 mod memory;
-mod microfacet;
+pub mod microfacet;
 mod thinning;
 mod units;
 mod vertices;

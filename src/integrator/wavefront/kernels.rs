@@ -146,7 +146,7 @@ impl Wavefront {
         self.compiler.features.contains(Feature::Lights)
     }
 
-    /// An invocation makes all connections of a vertex: nothing is gained by more of them.
+    /// The device runs the invocations of a workgroup one after the other.
     pub(crate) fn is_software(&self) -> bool {
         self.compiler.features.contains(Feature::Software)
     }

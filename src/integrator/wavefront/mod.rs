@@ -11,7 +11,7 @@ pub mod submission;
 use std::collections::BTreeMap;
 
 use super::kernels::forms;
-use super::{Settings, Strategy};
+use super::{LightPaths, Settings, Strategy};
 use crate::device::layout::{Camera, Counts, FilmPixel};
 use crate::device::scene::DeviceScene;
 use crate::device::timing::Timing;
@@ -93,8 +93,12 @@ impl Wavefront {
         let kernels = SharedKernels::new(context, &mut compiler, &settings, &pages)?;
 
         let connects = kernels.tests.is_some();
-        let picture = settings.view.width.saturating_mul(settings.view.height);
-        let capacity = queues::capacity(context, form.connections, picture);
+        let shared = match plan.light_paths {
+            // Their vertices fill the cache before there is room for more paths.
+            LightPaths::OnePerEyePath => 0,
+            _ => settings.view.width.saturating_mul(settings.view.height),
+        };
+        let capacity = queues::capacity(context, form.connections, shared);
         let swapped = queues::create(context, &mut buffers, camera, &form, capacity, connects)?;
         let [camera_rays, _] = bind_pair(context, &mut buffers, &swapped, &kernels.camera_rays)?;
         let closest_hit = bind_pair(context, &mut buffers, &swapped, &kernels.closest_hit)?;

@@ -19,13 +19,13 @@ const EYE_LINKS_A_PATH: u32 = 4;
 /// Buffers that paths change places between: the name, and both of them.
 pub(super) type Swapped = Vec<(&'static str, [wgpu::Buffer; 2])>;
 
-/// Paths in flight at most, each with so many connections: as many as one buffer has room for. `pixels`: of the picture.
+/// Paths in flight at most, each with so many connections: as many as one buffer has room for. `pixels`: of which a group of
+/// samples is to be in flight.
 pub(super) fn capacity(context: &Context, connections: u32, pixels: u32) -> u32 {
     let largest = u64::from(connections) * size_of::<ShadowRay>().max(size_of::<SubPath>()) as u64;
     let room = (context.binding / largest).min(u64::from(GPU_CAPACITY)) as u32;
     let [least, most] = CPU_CAPACITY;
     let wanted = match context.is_cpu() {
-        // A group of samples of all pixels, as far as that goes.
         true => pixels.saturating_mul(SAMPLES_A_GROUP).min(most).next_power_of_two().max(least),
         false => GPU_CAPACITY,
     };

@@ -10,9 +10,11 @@ use crate::device::{Context, DeviceError};
 use super::Wavefront;
 
 /// Shares of the queues that are used at first, and at least: every submission costs the device something, however few
-/// paths it has.
+/// paths it has. Software devices, which are slow, use no more than so many paths then.
 const FIRST_SHARE: u32 = 4;
 const LEAST_SHARE: u32 = 16;
+const FIRST_OF_SOFTWARE: u32 = 1 << 14;
+const LEAST_OF_SOFTWARE: u32 = 1 << 12;
 
 /// Dispatches of a submission at first, and at most. Their number doubles where they take less than [`SHORT`], and halves
 /// where they take longer than [`LONG`].
@@ -76,8 +78,14 @@ impl Pace {
 impl Wavefront {
     /// From now on leaves the device to others in between.
     pub fn limit_submissions(&mut self, submission_limit: SubmissionLimit) {
-        self.slice = self.capacity / FIRST_SHARE;
+        self.slice = self.part(FIRST_SHARE, FIRST_OF_SOFTWARE);
         self.pace.limit = Some(submission_limit);
+    }
+
+    /// A share of the queues, but on a software device so many paths at most.
+    fn part(&self, share: u32, of_software: u32) -> u32 {
+        let most = if self.is_software() { of_software } else { u32::MAX };
+        (self.capacity / share).min(most)
     }
 
     /// Others use the device meanwhile.
@@ -101,7 +109,7 @@ impl Wavefront {
         let Some(SubmissionLimit { slice, .. }) = &self.pace.limit else { return };
         // Twice the paths take less than twice as long.
         if taken > *slice * 3 / 2 {
-            self.slice = (self.slice / 2).max(self.capacity / LEAST_SHARE);
+            self.slice = (self.slice / 2).max(self.part(LEAST_SHARE, LEAST_OF_SOFTWARE));
         } else if taken < *slice * 2 / 3 && 2 * self.started > self.slice {
             self.slice = (self.slice * 2).min(self.capacity);
         }

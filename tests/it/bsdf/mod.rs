@@ -3,6 +3,7 @@
 mod bent;
 mod density;
 mod energy;
+mod materials;
 mod numbers;
 
 use glam::{DVec3, Vec3};
