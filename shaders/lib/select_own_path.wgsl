@@ -6,9 +6,5 @@
 /// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex, which lies on
 /// `material`.
 fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32, material: u32) -> Selection {
-    let first = light_path_offsets[path];
-    if first + number >= light_path_offsets[path + 1u] {
-        return Selection(NO_VERTEX, 0.0);
-    }
-    return Selection(light_order[first + number], 1.0);
+    return Selection(light_order[light_path_offsets[path] + number], 1.0);
 }

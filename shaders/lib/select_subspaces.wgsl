@@ -24,9 +24,6 @@ fn draw_column(first: u32, word: u32) -> u32 {
 /// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex, which lies on
 /// `material`.
 fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32, material: u32) -> Selection {
-    if number >= connections_at(depth) {
-        return Selection(NO_VERTEX, 0.0);
-    }
     let eye_label = eye_labels[index].x;
     let words = path_words(path, bounce_dimension(depth, DIMENSION_LIGHT));
     let count = connections_drawn(depth, material, pcg4d(vec4u(words.yzw, 0xffffffffu)).x);

@@ -11,9 +11,6 @@
 /// `index`, `path`: of the eye vertex's ray; `number`: of the connection among those of the eye vertex, which lies on
 /// `material`.
 fn select_light_vertex(index: u32, path: u32, depth: u32, number: u32, material: u32) -> Selection {
-    if number >= connections_at(depth) {
-        return Selection(NO_VERTEX, 0.0);
-    }
     let vertices = light_path_offsets[batch.light_path_count];
     let words = random4(path_key(path), bounce_dimension(depth, DIMENSION_LIGHT));
     if number >= connections_drawn(depth, material, pcg4d(vec4u(words.xyz, 0xffffffffu)).x) {

@@ -1,5 +1,5 @@
 // What `select_light_vertex` returns: which vertex of the light cache a connection of an eye vertex ends at. The files
-// lib/select_* define it, each in its way, and are exchangeable.
+// lib/select_* define it, each in its way, and are exchangeable. `number` is below what `connect_vertex` knows of how many there are.
 
 /// A light vertex, and the inverse of the expected number of times that this iteration's connections of one eye
 /// vertex choose it, over light paths: what a sum over the cache is multiplied with.

@@ -5,9 +5,7 @@ use halfway::device::scene::microfacet::AlbedoTable;
 use halfway::math::ggx_albedo::SIZE;
 use halfway::scene::Material;
 
-use super::{ALL_FEATURES, CONFIG, Config, Factors, HEADER};
-use crate::bsdf_f64::albedo_table;
-use crate::gpu;
+use super::{Config, Factors, of_surfaces};
 
 const COSINES: [f32; 4] = [1e-6, 0.03, 0.4, 1.0];
 
@@ -58,31 +56,16 @@ fn microfacets_are_alike_on_host_and_device() {
         })
         .collect();
     let cosines = COSINES.map(|cosine| format!("{cosine:e}")).join(", ");
-    let kernel = format!(
-        "{HEADER}{CONFIG}
-        struct Found {{ f0: vec3f, f90: f32, alpha: f32, eta: f32, inv_base_average: f32, pad: f32, albedo: array<vec2f, 4> }}
-        @group(0) @binding(1) var<storage, read_write> found: array<Found>;
-        @compute @workgroup_size(64)
-        fn main(@builtin(global_invocation_id) id: vec3u) {{
-            if id.x >= arrayLength(&configs) {{ return; }}
-            let s = surface_from_factors(configs[id.x].factors);
-            var cosines = array<f32, 4>({cosines});
-            var one = Found(s.f0, s.f90, s.alpha, s.eta, s.inv_base_average, 0.0, array<vec2f, 4>());
-            for (var i = 0u; i < 4u; i++) {{ one.albedo[i] = lobe_albedo(s, cosines[i]); }}
-            found[id.x] = one;
-        }}"
+    let declaration = "struct Found {
+        f0: vec3f, f90: f32, alpha: f32, eta: f32, inv_base_average: f32, pad: f32, albedo: array<vec2f, 4>,
+    }";
+    let statements = format!(
+        "var cosines = array<f32, 4>({cosines});
+        var one = Found(s.f0, s.f90, s.alpha, s.eta, s.inv_base_average, 0.0, array<vec2f, 4>());
+        for (var i = 0u; i < 4u; i++) {{ one.albedo[i] = lobe_albedo(s, cosines[i]); }}
+        found[id.x] = one;"
     );
-    let output = gpu::run(
-        &kernel,
-        &ALL_FEATURES,
-        &[
-            ("configs", bytemuck::cast_slice(&configs)),
-            ("albedo_table", bytemuck::cast_slice(&albedo_table().texels)),
-        ],
-        &[("found", configs.len() * 64)],
-        configs.len() as u32,
-    );
-    let found: Vec<[f32; 16]> = bytemuck::pod_collect_to_vec(&output[0]);
+    let found: Vec<[f32; 16]> = of_surfaces(&configs, declaration, &statements);
     let mut table = AlbedoTable::new(false);
     for (material, found) in materials.iter().zip(found) {
         let facets = table.microfacet(material);

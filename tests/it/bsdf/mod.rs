@@ -127,6 +127,32 @@ pub fn sample(configs: &[Config], us: &[Vec3]) -> Vec<Sample> {
     bytemuck::pod_collect_to_vec(&output[0])
 }
 
+/// What `statements` make of the surface `s` of each configuration: a `Found`, which `declaration` declares.
+pub fn of_surfaces<T: bytemuck::Pod>(configs: &[Config], declaration: &str, statements: &str) -> Vec<T> {
+    let kernel = format!(
+        "{HEADER}{CONFIG}
+        {declaration}
+        @group(0) @binding(1) var<storage, read_write> found: array<Found>;
+        @compute @workgroup_size(64)
+        fn main(@builtin(global_invocation_id) id: vec3u) {{
+            if id.x >= arrayLength(&configs) {{ return; }}
+            let s = surface_from_factors(configs[id.x].factors);
+            {statements}
+        }}"
+    );
+    let output = gpu::run(
+        &kernel,
+        &ALL_FEATURES,
+        &[
+            ("configs", bytemuck::cast_slice(configs)),
+            ("albedo_table", bytemuck::cast_slice(&albedo_table().texels)),
+        ],
+        &[("found", configs.len() * size_of::<T>())],
+        configs.len() as u32,
+    );
+    bytemuck::pod_collect_to_vec(&output[0])
+}
+
 /// `bsdf_eval(w_from as the eye, w_to)`, and the density of going from `w_from` to `w_to`.
 pub fn evaluate(queries: &[(Config, Vec3)]) -> Vec<(Vec3, f32)> {
     let kernel = format!(

@@ -5,7 +5,7 @@ use halfway::device::Feature;
 use halfway::device::shader::stitch_text;
 
 use super::{
-    ALL_FEATURES, CONFIG, Config, DIELECTRIC, Factors, HEADER, coloured_materials, direction, evaluate,
+    ALL_FEATURES, Config, DIELECTRIC, Factors, HEADER, coloured_materials, direction, evaluate, of_surfaces,
     sample, white_materials,
 };
 use crate::bsdf_f64::{Bsdf, albedo_table, fresnel};
@@ -225,26 +225,8 @@ fn c15_albedo() {
     for (_, m) in coloured_materials() {
         configs.push(Config::new(&m, Vec3::Z, true));
     }
-    let kernel = format!(
-        "{HEADER}{CONFIG}
-        @group(0) @binding(1) var<storage, read_write> albedos: array<vec4f>;
-        @compute @workgroup_size(64)
-        fn main(@builtin(global_invocation_id) id: vec3u) {{
-            if id.x >= arrayLength(&configs) {{ return; }}
-            albedos[id.x] = vec4f(bsdf_albedo(surface_from_factors(configs[id.x].factors)), 0.0);
-        }}"
-    );
-    let output = gpu::run(
-        &kernel,
-        &ALL_FEATURES,
-        &[
-            ("configs", bytemuck::cast_slice(&configs)),
-            ("albedo_table", bytemuck::cast_slice(&albedo_table().texels)),
-        ],
-        &[("albedos", configs.len() * 16)],
-        configs.len() as u32,
-    );
-    let albedos: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&output[0]);
+    let albedos: Vec<[f32; 4]> =
+        of_surfaces(&configs, "alias Found = vec4f;", "found[id.x] = vec4f(bsdf_albedo(s), 0.0);");
     for (config, [r, g, b, _]) in configs.iter().zip(albedos) {
         let albedo = DVec3::new(r.into(), g.into(), b.into());
         assert!((albedo - config.twin().albedo()).abs().max_element() < 1e-6, "{config:?}: {albedo}");
