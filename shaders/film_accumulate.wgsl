@@ -33,8 +33,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let place = in_page(batch.first_pixel + index);
     var pixel = film[place];
 #if splats
-    // What light paths bring is the same for all samples that share them.
-    let splat = take_splat(place);
+    // What light paths bring is the same for all samples that share them, of this batch and of others.
+    let splat = splat_of(place);
     let splat_light = splat.rgb / batch.splat_scale;
     pixel.non_finite += u32(splat.w);
 #endif

@@ -40,9 +40,9 @@ fn add_splat(pixel: u32, contribution: vec3f) {
     }
 }
 #else
-/// What the pixel at this place of the page has gathered; it starts again from zero. w: how many contributions were not
-/// finite, or too large.
-fn take_splat(place: u32) -> vec4f {
+/// What the pixel at this place of the page has gathered. w: how many contributions were not finite, or too large, and not
+/// counted yet.
+fn splat_of(place: u32) -> vec4f {
     let first = place * SPLAT_WORDS;
     var sum: vec3f;
     for (var channel = 0u; channel < 3u; channel++) {
@@ -50,9 +50,7 @@ fn take_splat(place: u32) -> vec4f {
         sum[channel] = f32(splats[first + 2u * channel + 1u]) * SPLAT_HIGH_UNIT + low;
     }
     let lost = splats[first + SPLAT_LOST];
-    for (var word = 0u; word < SPLAT_WORDS; word++) {
-        splats[first + word] = 0u;
-    }
+    splats[first + SPLAT_LOST] = 0u;
     return vec4f(sum, f32(lost));
 }
 #endif

@@ -93,8 +93,8 @@ pub trait Integrator: Send {
     /// A lost device, or a buffer that would have to grow beyond the device's limits.
     fn render(&mut self, context: &Context, first_sample: u32, samples: u32) -> Result<(), DeviceError>;
 
-    /// Samples that belong together, counted from the first: a picture is the same bit for bit if rounds end between
-    /// them.
+    /// Samples that rounds had best be made of, counted from the first: fewer leave queues empty. The picture is the same
+    /// bit for bit.
     fn samples_at_once(&self) -> u32 {
         1
     }

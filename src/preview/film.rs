@@ -100,8 +100,8 @@ impl Film {
         Ok(())
     }
 
-    /// Renders for about so many seconds, whole iterations, but no more than `most` samples. A step that is abandoned
-    /// drops all samples.
+    /// Renders for about so many seconds, but no more than `most` samples: one at first, and later as many as the device
+    /// likes to have at once, where there is time for them. A step that is abandoned drops all samples.
     ///
     /// # Errors
     /// A lost device, a buffer that does not fit.
@@ -109,9 +109,11 @@ impl Film {
         let at_once = self.renderer.samples_at_once();
         let whole = self.divisor == 1;
         let samples = match self.seconds_per_sample {
-            _ if !whole => 1,
-            Some(one) => ((seconds / one) as u32 / at_once).max(1) * at_once,
-            None => at_once,
+            Some(one) if whole && seconds / one > f64::from(at_once) => {
+                (seconds / one) as u32 / at_once * at_once
+            }
+            Some(one) if whole => ((seconds / one) as u32).max(1),
+            _ => 1,
         };
         let before = self.renderer.elapsed();
         let done = match self.renderer.step(samples.min(most)) {

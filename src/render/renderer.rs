@@ -149,13 +149,13 @@ impl Renderer {
         self.learning_time
     }
 
-    /// Samples that belong together, see [`Integrator::samples_at_once`].
+    /// See [`Integrator::samples_at_once`].
     pub fn samples_at_once(&self) -> u32 {
         self.integrator.samples_at_once()
     }
 
-    /// Renders `most` samples or a few less, so that pictures never depend on how a render is cut: whole iterations, but
-    /// for the end of the budget. Returns how many.
+    /// Renders `most` samples or a few less: what the host takes over is taken over whole, and queues are filled. Returns how
+    /// many. Pictures never depend on how a render is cut.
     ///
     /// # Errors
     /// A lost device; [`DeviceError::Abandoned`], after which only starting again helps.

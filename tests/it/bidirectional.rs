@@ -12,6 +12,7 @@ use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Material, Mesh, PunctualLight, Scene};
 
+use crate::determinism::assert_same;
 use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
 use crate::shots::{options, render};
@@ -418,6 +419,24 @@ fn n19_bidirectional_renders_repeat() {
     }
 }
 
+/// Light paths stay for all samples that share them, and are traced once: pictures and counts do not depend on how many
+/// samples are rendered at once.
+#[test]
+fn n19_samples_may_be_rendered_one_by_one() {
+    let scene = shown("three-lights");
+    for method in [BDPT_T1, lvcbpt(200, 3, true), LIGHT] {
+        let options = RenderOptions { method, ..options([24, 16], 19) };
+        let whole = render(&scene, options.clone());
+        let mut renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
+        for samples in [1, 1, 3, 2, 1, 5, 3, 3] {
+            assert_eq!(renderer.step(samples).expect("samples"), samples);
+        }
+        let picture = renderer.picture().expect("a picture");
+        assert_same(&picture, &whole.picture, method.name());
+        assert_eq!(renderer.report().expect("a report").rays, whole.report.rays, "{}", method.name());
+    }
+}
+
 /// Counts of rays and vertices are those of the paths: exact, and the same every time.
 #[test]
 fn rays_are_counted() {
@@ -432,9 +451,10 @@ fn rays_are_counted() {
     floor.cameras.push(shapes::looking_at("above", DVec3::new(0.0, 2.0, 0.5), DVec3::ZERO, 20.0));
     let options = RenderOptions {
         view: View { max_depth: Some(3), ..options([8, 8], 4).view },
-        method: lvcbpt(100, 2, false),
+        method: lvcbpt(50, 2, false),
         ..options([8, 8], 4)
     };
+    // Four samples have the light paths of a group.
     let rays = render(&floor, options).report.rays;
     // Each light path stores the sun, and sends one ray; those that meet the floor store that and end there: there
     // is no room for another vertex but an eye's. Each eye path sees the floor and may bounce once.

@@ -102,8 +102,9 @@ fn r06_a_render_goes_on_bit_for_bit() {
     for (index, (method, stops)) in [
         (Method::Path, &[5, 72, 128][..]),
         (Method::Bdpt(Bdpt { light_tracing: true }), &[64, 128]),
-        (Method::LvcBpt(LvcBpt { light_paths: None, connections, light_tracing: false }), &[64, 128]),
-        (Method::SpcBpt(SpcBpt { light_paths: None, connections, light_tracing: false }), &[64, 128]),
+        // Stops within a group, whose light paths are traced again.
+        (Method::LvcBpt(LvcBpt { light_paths: None, connections, light_tracing: true }), &[5, 72, 128]),
+        (Method::SpcBpt(SpcBpt { light_paths: None, connections, light_tracing: false }), &[5, 72, 128]),
         (Method::Light(LightTracing { light_paths: None }), &[64, 128]),
         // Its samples share nothing, and each is an iteration; what weights know is no sample's.
         (nabata, &[5, 20]),

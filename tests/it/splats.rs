@@ -110,9 +110,9 @@ fn n19_splats_that_do_not_fit_are_counted() {
     assert!(words[0][6] > 0);
 }
 
-/// The film takes what was added, and leaves nothing.
+/// The film finds what was added, for each of the samples that share it.
 #[test]
-fn n19_splats_are_taken_once() {
+fn n19_splats_stay_and_what_is_lost_counts_once() {
     let sum = [5.0 + 2f64.powi(-20), 2f64.powi(-44), 3e5f32.into()];
     let mut words = [0u32; 2 * WORDS];
     for (channel, sum) in sum.into_iter().enumerate() {
@@ -123,23 +123,24 @@ fn n19_splats_are_taken_once() {
     words[WORDS + 6] = 3;
     let kernel = "#import lib/splat
         @group(0) @binding(0) var<storage, read> words: array<u32>;
-        @group(0) @binding(1) var<storage, read_write> taken: array<vec4f>;
+        @group(0) @binding(1) var<storage, read_write> found: array<vec4f>;
         @compute @workgroup_size(1)
         fn main() {
             for (var word = 0u; word < 14u; word++) {
                 splats[word] = words[word];
             }
-            taken[0] = take_splat(1u);
-            taken[1] = take_splat(1u);
+            found[0] = splat_of(1u);
+            found[1] = splat_of(1u);
         }";
     let inputs = [("words", bytemuck::cast_slice(&words))];
-    let output = gpu::run(kernel, &[], &inputs, &[("splats", 8 * WORDS), ("taken", 32)], 1);
-    let taken: Vec<f32> = bytemuck::pod_collect_to_vec(&output[1]);
-    for (found, expected) in taken.iter().zip(sum) {
+    let output = gpu::run(kernel, &[], &inputs, &[("splats", 8 * WORDS), ("found", 32)], 1);
+    let [first, second]: [[f32; 4]; 2] = bytemuck::pod_read_unaligned(&output[1]);
+    for (found, expected) in first.iter().zip(sum) {
         assert!((f64::from(*found) / expected - 1.0).abs() < 2e-7, "{found} instead of {expected}");
     }
-    assert_eq!(taken[3], 3.0);
-    assert_eq!(taken[4..], [0.0; 4]);
+    assert_eq!(first[3], 3.0);
+    let [light @ .., lost] = second;
+    assert_eq!((light.as_slice(), lost), (&first[..3], 0.0));
 }
 
 /// A lamp of 10^-18 units of area and 2 10^17 of radiance: what it lights is 10^-18 times as bright, far below a unit of the

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 
 use super::InputError;
 use crate::cli::CliError;
+use crate::device::layout::SAMPLES_A_GROUP;
 use crate::integrator::method::{Given, Setting};
 use crate::integrator::{
     Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt, RecordWeights, View,
@@ -64,9 +65,9 @@ pub struct MethodArgs {
     #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = AUTO)]
     integrator: Integrator,
     #[arg(long, value_name = "M",
-          help = format!("Light paths for each sample of the whole picture; a few samples may share theirs ({}; default: a \
-                          quarter of the number of pixels, light as many as pixels, {} {})", names_of(Setting::LightPaths),
-                         names_of(Setting::Records), PcBpt::LIGHT_PATHS))]
+          help = format!("Light paths for each sample of the whole picture; the {SAMPLES_A_GROUP} samples of a group share theirs \
+                          ({}; default: a quarter of the number of pixels, fewer in large pictures, light as many as pixels, {} {})",
+                         names_of(Setting::LightPaths), names_of(Setting::Records), PcBpt::LIGHT_PATHS))]
     light_paths: Option<u32>,
     #[command(flatten)]
     connections: ConnectionArgs,

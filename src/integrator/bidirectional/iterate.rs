@@ -48,7 +48,8 @@ impl Bidirectional {
         self.wavefront.counts(context)
     }
 
-    fn clear_light_vertices(&self, context: &Context) -> Result<(), DeviceError> {
+    fn clear_light_vertices(&mut self, context: &Context) -> Result<(), DeviceError> {
+        self.wavefront.light_at_hand = None;
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let offset = std::mem::offset_of!(Counts, light_vertices) as u64;
         encoder.clear_buffer(self.wavefront.buffers.get("counts")?, offset, Some(8));
@@ -214,30 +215,54 @@ impl Bidirectional {
         Ok(counts)
     }
 
-    /// An iteration of the batches' samples.
+    /// The batches' samples, of the iteration whose first is `first`.
     pub(super) fn iterate(
         &mut self,
         context: &Context,
         batches: &[Batch],
+        first: u32,
         light_paths: u32,
     ) -> Result<(), DeviceError> {
         let lit = self.stages.light_rays.is_some();
         self.prepare_records(context, &batches[0])?;
         let batches: Vec<Batch> = batches.iter().map(|&batch| self.complete(batch, light_paths)).collect();
-        let own_paths = self.connects_own_path();
         let mut purpose = Light::CameraAndCache;
         let mut counts = Counts::default();
-        if lit && !own_paths {
-            counts = self.trace_light(context, &self.shared_batches(&batches[0], light_paths), purpose)?;
-        } else if lit && batches.len() > 1 && self.plan.to_camera {
-            // All that light paths bring to the camera has to be there before the first pixel is summed.
-            for batch in &batches {
-                self.trace_light(context, &[*batch], purpose)?;
+        if lit && !self.connects_own_path() {
+            counts = self.light_of(context, &Batch { first_sample: first, ..batches[0] }, light_paths)?;
+        } else if lit && self.plan.to_camera {
+            self.wavefront.clear_splats(context);
+            if batches.len() > 1 {
+                // All that light paths bring to the camera has to be there before the first pixel is summed.
+                for batch in &batches {
+                    self.trace_light(context, &[*batch], purpose)?;
+                }
+                purpose = Light::Cache;
             }
-            purpose = Light::Cache;
         }
         self.fill_tables(context, &batches[0], &counts)?;
         batches.iter().try_for_each(|batch| self.add_batch(context, batch, &counts, purpose))
+    }
+
+    /// The light paths of an iteration, by its first sample: those at hand if they are these.
+    fn light_of(
+        &mut self,
+        context: &Context,
+        template: &Batch,
+        light_paths: u32,
+    ) -> Result<Counts, DeviceError> {
+        if let Some((first, counts)) = self.wavefront.light_at_hand
+            && first == template.first_sample
+        {
+            return Ok(counts);
+        }
+        if self.plan.to_camera {
+            self.wavefront.clear_splats(context);
+        }
+        let batches = self.shared_batches(template, light_paths);
+        let counts = self.trace_light(context, &batches, Light::CameraAndCache)?;
+        self.wavefront.light_at_hand = Some((template.first_sample, counts));
+        Ok(counts)
     }
 
     /// Traces eye paths, after light paths of their own where they have them, and adds what they find to the film.

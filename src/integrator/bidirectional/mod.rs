@@ -1,9 +1,11 @@
 //! Bidirectional path tracing, its variant with a light vertex cache, and light tracing: one light stage and one eye
 //! stage for all of them. They differ in how many light paths there are and in which vertices are connected.
 //!
-//! An iteration is a sample of every pixel, or a few that share their light paths. First its light paths: each vertex is
-//! connected to the camera (t = 1), where that is wanted, and stored in the light cache. Then the eye paths: at every
-//! vertex first the connections to the cache, then the light that is met by chance, then the next ray.
+//! An iteration is a set of light paths and the samples of all pixels that share it: a group of them where that is better
+//! than one. First its light paths: each vertex is connected to the camera (t = 1), where that is wanted, and stored in the
+//! light cache. Then the eye paths: at every vertex first the connections to the cache, then the light that is met by
+//! chance, then the next ray. The light paths stay as long as samples of the iteration follow, so that pictures do not
+//! depend on how many samples are rendered at once.
 
 mod iterate;
 mod kernels;
@@ -12,7 +14,9 @@ pub mod settings;
 mod splats;
 mod subspaces;
 
-use crate::device::layout::Camera;
+use std::cmp::Ordering;
+
+use crate::device::layout::{Camera, SAMPLES_A_GROUP};
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
 use crate::film::Region;
@@ -27,6 +31,10 @@ use subspaces::Subspaces;
 
 /// Room in the cache for each light path at first; it grows where that is too little.
 const FIRST_VERTICES_A_PATH: u64 = 6;
+/// Light paths that a group of samples needs no more of, unless its picture is so large that a sample has more; and the same
+/// where they are connected to the camera: docs/measurements.md, Groups of samples.
+const ENOUGH_LIGHT_PATHS: u32 = 1 << 16;
+const ENOUGH_TO_CAMERA: u32 = 1 << 18;
 /// Room that the cache has for each vertex that is there on average, or was last time.
 const RESERVE: f64 = 1.25;
 /// Light paths whose mean number of vertices is the cache's L in all weights.
@@ -38,9 +46,9 @@ const PILOT_SAMPLE: u32 = u32::MAX;
 pub(crate) struct Bidirectional {
     pub wavefront: Wavefront,
     plan: Plan,
-    /// Light paths for each sample of all pixels.
+    /// Light paths of an iteration.
     light_paths: u32,
-    /// Samples of an iteration.
+    /// Samples of an iteration, which share them.
     iteration: u32,
     /// Of connections by depth, then of light that is hit: [`Plan::density_scales`].
     density_scales: [f32; 4],
@@ -165,16 +173,18 @@ impl Bidirectional {
     fn divide(&mut self, context: &Context) {
         let settings = &self.wavefront.settings;
         let pixels = settings.view.width * settings.view.height;
-        self.light_paths = self.plan.light_paths.count(pixels, settings.view.region().pixels());
+        let a_sample = self.plan.light_paths.count(pixels, settings.view.region().pixels());
         // Records are those of a sample.
         let shares_samples = self.plan.shares_cache()
             && self.records.is_none()
             && !settings.view.independent
             && !self.wavefront.learns();
-        self.iteration = match shares_samples {
-            true => self.wavefront.samples_at_once(self.light_paths),
-            false => 1,
-        };
+        let is_default = matches!(self.plan.light_paths, LightPaths::Shared { wanted: None, .. });
+        self.iteration = if shares_samples { SAMPLES_A_GROUP } else { 1 };
+        self.light_paths = a_sample.saturating_mul(self.iteration);
+        if shares_samples && is_default {
+            self.light_paths = self.light_paths.min(self.enough().max(a_sample));
+        }
         // One buffer holds few of the light paths of a large picture, or between surfaces that absorb next to nothing.
         let most = self.most_vertices(context) as f64 / RESERVE;
         let vertices_per_path = match (self.plan.shares_cache(), self.vertices_per_path) {
@@ -182,14 +192,20 @@ impl Bidirectional {
             (_, known) => known,
         };
         let vertices = |paths: u32| f64::from(paths) * vertices_per_path;
-        while self.iteration > 1 && vertices(self.light_paths.saturating_mul(self.iteration)) > most {
-            self.iteration /= 2;
-        }
-        let is_default = matches!(self.plan.light_paths, LightPaths::Shared { wanted: None, .. });
         self.is_capped = is_default && vertices(self.light_paths) > most;
         if self.is_capped {
             self.light_paths = ((most / vertices_per_path) as u32).max(1);
         }
+        // Those that are asked for are for each sample: groups are made of whole iterations.
+        while self.iteration > 1 && !is_default && vertices(self.light_paths) > most {
+            self.iteration /= 2;
+            self.light_paths = a_sample.saturating_mul(self.iteration);
+        }
+    }
+
+    /// Light paths that a group needs no more of.
+    fn enough(&self) -> u32 {
+        if self.plan.to_camera { ENOUGH_TO_CAMERA } else { ENOUGH_LIGHT_PATHS }
     }
 
     /// Vertices that the cache has room for as long as nothing is known of light paths.
@@ -204,8 +220,7 @@ impl Bidirectional {
 
     /// Makes room for the vertices that an iteration has on average, and some more, so that none is traced twice.
     fn make_room(&mut self, context: &Context) -> Result<(), DeviceError> {
-        let paths = u64::from(self.light_paths) * u64::from(self.iteration);
-        let vertices = (paths as f64 * self.vertices_per_path * RESERVE) as u64;
+        let vertices = (f64::from(self.light_paths) * self.vertices_per_path * RESERVE) as u64;
         if vertices > self.capacity.into() || self.cached_paths() > self.cached_paths {
             let wanted = vertices.min(self.most_vertices(context));
             self.make_cache(context, wanted.max(self.capacity.into()))?;
@@ -241,7 +256,7 @@ impl Bidirectional {
     /// Light paths that the cache must hold at a time.
     fn cached_paths(&self) -> u32 {
         if self.plan.shares_cache() {
-            self.light_paths.saturating_mul(self.iteration).max(PILOT_PATHS)
+            self.light_paths.max(PILOT_PATHS)
         } else if self.plan.selector.is_some() {
             self.light_paths.min(self.wavefront.capacity)
         } else {
@@ -276,16 +291,17 @@ impl Integrator for Bidirectional {
         let end = first_sample + samples;
         let mut sample = first_sample;
         while sample < end {
-            let count = (self.iteration - sample % self.iteration).min(end - sample);
+            let first = sample - sample % self.iteration;
+            let count = (first + self.iteration).min(end) - sample;
             let batches = self.wavefront.batches(sample, count);
-            self.iterate(context, &batches, self.light_paths.saturating_mul(count))?;
+            self.iterate(context, &batches, first, self.light_paths)?;
             sample += count;
         }
         Ok(())
     }
 
     fn samples_at_once(&self) -> u32 {
-        self.iteration
+        self.wavefront.samples_at_once().min(self.iteration)
     }
 
     fn aim(&mut self, context: &Context, camera: &Camera, region: Region) -> Result<(), DeviceError> {
@@ -301,6 +317,7 @@ impl Integrator for Bidirectional {
     fn set_model(&mut self, context: &Context, model: &Model) -> Result<(), DeviceError> {
         if let Some(subspaces) = &mut self.subspaces {
             subspaces.upload(context, &mut self.wavefront, model)?;
+            self.wavefront.light_at_hand = None;
             self.bind(context)?;
         }
         Ok(())
@@ -310,16 +327,18 @@ impl Integrator for Bidirectional {
         let mut choices = Vec::new();
         if self.plan.shares_cache() {
             if let LightPaths::Shared { wanted: None, per_pixel } = self.plan.light_paths {
-                let reason = match self.is_capped {
-                    true => "as many as one buffer has room for".to_string(),
-                    false => format!("{per_pixel} for each pixel"),
+                let reason = match self.light_paths.cmp(&self.enough()) {
+                    _ if self.is_capped => "as many as one buffer has room for".to_string(),
+                    Ordering::Less => format!("{per_pixel} for each sample of a pixel"),
+                    Ordering::Equal => "enough for the samples that share them".to_string(),
+                    Ordering::Greater => format!("{per_pixel} for each pixel"),
                 };
-                choices.push(Choice::new("light paths per sample", self.light_paths, reason));
+                choices.push(Choice::new("light paths", self.light_paths, reason));
             }
             if self.records.is_none() {
                 let reason = match self.wavefront.settings.view.independent {
                     true => "samples are independent, as asked for",
-                    false => "all that the queues hold at once, up to a group",
+                    false => "a group, as far as one buffer has room for its light paths",
                 };
                 choices.push(Choice::new("samples that share light paths", self.iteration, reason));
             }
@@ -357,7 +376,7 @@ impl Integrator for Bidirectional {
     }
 
     fn warm_up(&mut self, context: &Context) -> Result<(), DeviceError> {
-        self.iterate(context, &[self.wavefront.tiny_batch()], 1)
+        self.iterate(context, &[self.wavefront.tiny_batch()], PILOT_SAMPLE, 1)
     }
 
     fn first_subspaces(&mut self, context: &Context) -> Result<Option<Vec<FirstSubspaces>>, DeviceError> {

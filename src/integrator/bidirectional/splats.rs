@@ -57,6 +57,7 @@ impl Bidirectional {
         };
         let template = self.complete(self.wavefront.batches(PILOT_SAMPLE, 1)[0], most);
         let max_depth = template.max_depth.min(DEEP_ENOUGH);
+        self.wavefront.clear_splats(context);
         let batch = Batch { first_light_path: 0, pixel_count: most, sample_count: 1, max_depth, ..template };
         self.trace_light_batch(context, &batch, Light::CameraAndCache)?;
         let mut sums = (0.0, 0.0);

@@ -63,11 +63,11 @@ impl Bounces {
 }
 
 impl Wavefront {
-    /// Samples of the whole picture that the queues hold at once, each with so many light paths; but no more than a group.
-    pub(crate) fn samples_at_once(&self, light_paths: u32) -> u32 {
+    /// Samples of the whole picture that the queues hold at once; but no more than a group.
+    pub(crate) fn samples_at_once(&self) -> u32 {
         let pixels = self.settings.view.width * self.settings.view.height;
-        let most = (self.capacity / pixels.max(light_paths)).clamp(1, SAMPLES_A_GROUP);
-        // Groups are made of whole iterations.
+        let most = (self.capacity / pixels).clamp(1, SAMPLES_A_GROUP);
+        // Groups are made of whole rounds.
         1 << most.ilog2()
     }
 

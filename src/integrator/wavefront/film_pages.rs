@@ -195,7 +195,14 @@ impl Wavefront {
         Ok(())
     }
 
-    /// What light paths have brought to the camera and no film has taken yet.
+    /// Forgets what light paths have brought to the camera.
+    pub(crate) fn clear_splats(&self, context: &Context) {
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        self.clear(SPLATS, &mut encoder);
+        context.queue.submit([encoder.finish()]);
+    }
+
+    /// What light paths have brought to the camera.
     pub(crate) fn read_splats(
         &self,
         context: &Context,

@@ -17,7 +17,7 @@ use crate::device::scene::DeviceScene;
 use crate::device::timing::Timing;
 use crate::device::{Bound, BufferTable, Context, DeviceError, Kernel};
 use crate::film::Region;
-use film_pages::{FILM, FilmPages, SPLATS};
+use film_pages::{FILM, FilmPages};
 use kernels::{Compiler, SharedKernels, bind_pair};
 use queues::Swapped;
 use submission::Pace;
@@ -64,6 +64,9 @@ pub struct Wavefront {
     pub(crate) subspaces: u32,
     /// See `shaders/bind/batch.wgsl`.
     pub(crate) splat_scale: f32,
+    /// The first sample of the iteration whose light paths are in the cache, and have reached the camera, with what was
+    /// counted then; `None`: they are none's.
+    pub(crate) light_at_hand: Option<(u32, Counts)>,
 }
 
 impl Wavefront {
@@ -138,6 +141,7 @@ impl Wavefront {
             aside: 0,
             subspaces: 0,
             splat_scale: 1.0,
+            light_at_hand: None,
         };
         wavefront.bind_tests(context)?;
         Ok(wavefront)
@@ -159,6 +163,7 @@ impl Wavefront {
         region: Region,
     ) -> Result<(), DeviceError> {
         self.settings.view = self.settings.view.of_region(region);
+        self.light_at_hand = None;
         self.buffers.write(context, "camera", bytemuck::bytes_of(camera))
     }
 
@@ -175,7 +180,7 @@ impl Wavefront {
     pub fn reset(&mut self, context: &Context) -> Result<(), DeviceError> {
         let mut encoder = context.device.create_command_encoder(&Default::default());
         self.clear(FILM, &mut encoder);
-        self.clear(SPLATS, &mut encoder);
+        self.light_at_hand = None;
         encoder.clear_buffer(self.buffers.get("counts")?, 0, None);
         context.queue.submit([encoder.finish()]);
         self.light_counts = RayCounts::default();
@@ -187,8 +192,7 @@ impl Wavefront {
         context.wait()
     }
 
-    /// After [`DeviceError::Abandoned`]: forgets the paths under way and what they brought to the camera, so that the next
-    /// batch begins as any other. `film`: the sums before the samples that were abandoned (empty: none), where parts of those
+    /// After [`DeviceError::Abandoned`]: forgets the paths under way, so that the next batch begins as any other. `film`: the sums before the samples that were abandoned (empty: none), where parts of those
     /// may have reached it.
     ///
     /// # Errors
@@ -204,7 +208,7 @@ impl Wavefront {
             Some(film) => self.write_film(context, film)?,
             None => {}
         }
-        self.clear(SPLATS, &mut encoder);
+        self.light_at_hand = None;
         // The lengths of queues, not the totals.
         let lengths = std::mem::offset_of!(Counts, closest_total) as u64;
         encoder.clear_buffer(self.buffers.get("counts")?, 0, Some(lengths));

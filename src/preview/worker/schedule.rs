@@ -154,10 +154,6 @@ impl State {
         let divisor = if moving { film.divisor_for(MOVING_STEP, first_divisor) } else { 1 };
         // A moving picture keeps its size until the camera goes on: else it would never gather samples.
         let keeps = moving && film.view() == Some(aim.view);
-        // An iteration that a limit has cut short cannot go on: its light paths were fewer.
-        if film.renderer.samples() % film.renderer.samples_at_once() != 0 && film.is_whole(aim.view) {
-            film.forget();
-        }
         film.aim(&aim, if keeps { film.divisor } else { divisor })?;
         let samples = film.renderer.samples();
         let mut most = self.request.samples.map_or(u32::MAX, |limit| limit.saturating_sub(samples).max(1));
