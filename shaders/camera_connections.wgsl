@@ -38,8 +38,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let medium = medium_between(ray.depth_medium >> 16u, point, vertex.world_from);
     let throughput = ray.throughput * transmittance(medium, hit.t);
     let mis = load_light_mis(index);
-    vertex.edge = edge_towards(point, vertex, mis, view.direction, throughput) * scale_from_deep(0u);
-    let connection = connect_camera(point, vertex, view, nominal_of(mis));
+    vertex.edge = edge_towards(point, vertex, mis, view.direction, throughput);
+    let connection = connect_camera(point, seen_by_camera(vertex, mis), view, nominal_of(mis));
     let weight = select(1.0, connection.weight, batch.weighted != 0u);
     let medium_to_camera = medium_towards(point, view.direction);
     let through = transmittance(medium_to_camera, view.distance);

@@ -51,12 +51,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
     var bounce = sample_bounce(point, surface, point_frame(point), vertex, u, false, label);
-    add_edge_of_bounce(&bounce, point, vertex, mis, is_delta);
+    var behind = add_edge_of_bounce(&bounce, point, vertex, mis, is_delta);
     let slot = enqueue(ray.path, depth, point, bounce, throughput);
     if slot == PATH_ENDS {
         return;
     }
-    let pdf_back = bounce.pdf_back_solid * vertex.to_previous;
+#if learns
+    behind = bounce.pdf_back_solid * vertex.to_previous;
+#endif
     let nominal = nominal_of(mis) * bounce.nominal;
-    store_light_mis(slot, light_mis_of_bounce(throughput, pdf_back, is_delta, label, nominal));
+    store_light_mis(slot, light_mis_of_bounce(throughput, behind, is_delta, label, nominal));
 }

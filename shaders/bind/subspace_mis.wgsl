@@ -12,8 +12,9 @@ struct EyeMis {
 struct LightMis {
     /// |w| / Q of the vertex; 0 for a delta vertex.
     w_over_q: f32,
-    /// Density per area of the vertex before it, as the eye's side would sample it, coming from where the ray goes.
-    pdf_back: f32,
+    /// What connecting it to the vertex before adds to the ratio of the ray. In training: density per area of that vertex,
+    /// as the eye's side would sample it, coming from where the ray goes.
+    behind: f32,
     /// Density of an unguided sub-path up to where the ray arrives, over that of this one; 1 where nothing is guided.
     nominal: f32,
     /// Light subspace of the vertex.

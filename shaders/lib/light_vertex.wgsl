@@ -79,7 +79,7 @@ fn is_kept(is_delta: bool) -> bool {
 }
 
 fn keep_pdf_back(slot: u32, mis: LightMis) {
-    light_backs[slot] = mis.pdf_back;
+    light_backs[slot] = mis.behind;
 }
 #else
 /// Whether a vertex goes to the cache: no connection can end at a delta vertex.

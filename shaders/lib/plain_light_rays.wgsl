@@ -36,7 +36,9 @@ fn light_subspace(point: SurfacePoint, world_from: vec3f) -> u32 {
 
 fn add_edge_of_bounce(
     bounce: ptr<function, Bounce>, point: SurfacePoint, vertex: PathVertex, mis: LightMis, is_delta: bool,
-) {}
+) -> f32 {
+    return 0.0;
+}
 
 fn cached_with_edge(vertex: LightVertex, mis: LightMis) -> LightVertex {
     return vertex;
@@ -49,8 +51,13 @@ fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32
 }
 #endif
 
-fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
+fn light_mis_of_bounce(throughput: vec3f, behind: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
     return LightMis();
+}
+
+/// Second vertices have the scale of all that are deeper: `Plan::density_scales`.
+fn edge_before(mis: LightMis) -> f32 {
+    return 0.0;
 }
 
 fn nominal_of(mis: LightMis) -> f32 {

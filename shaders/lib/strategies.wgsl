@@ -136,6 +136,14 @@ struct CameraConnection {
     weight: f32,
 }
 
+/// A light path's vertex as the first that the camera sees, so that the one before it is the second.
+fn seen_by_camera(vertex: PathVertex, mis: LightMis) -> PathVertex {
+    var seen = vertex;
+    seen.edge *= scale_from_deep(0u);
+    seen.ratio += edge_before(mis) * (scale_from_deep(1u) - 1.0);
+    return seen;
+}
+
 /// `nominal`: density of an unguided light path over that of this one.
 fn connect_camera(point: SurfacePoint, vertex: PathVertex, view: CameraView, nominal: f32) -> CameraConnection {
     let surface = point_surface(point);

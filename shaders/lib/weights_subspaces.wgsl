@@ -116,15 +116,19 @@ fn edge_towards(
     return light_edge(point, world_to, mis.w_over_q, mis.label);
 }
 
-/// Adds what `edge_so_far` left out.
+/// Adds what `edge_so_far` left out. What connecting the vertex to the one before is of the ratio then.
 fn add_edge_of_bounce(
     bounce: ptr<function, Bounce>, point: SurfacePoint, vertex: PathVertex, mis: LightMis, is_delta: bool,
-) {
-#if subspace_directions
-    if !is_delta {
-        let edge = light_edge(point, (*bounce).direction, mis.w_over_q, mis.label);
-        (*bounce).next.ratio += edge / vertex.pdf_area;
+) -> f32 {
+    if is_delta {
+        return 0.0;
     }
+#if subspace_directions
+    let part = light_edge(point, (*bounce).direction, mis.w_over_q, mis.label) / vertex.pdf_area;
+    (*bounce).next.ratio += part;
+    return part;
+#else
+    return vertex.edge / vertex.pdf_area;
 #endif
 }
 
@@ -152,9 +156,14 @@ fn cached_edge(vertex: LightVertex, point: SurfacePoint, world_to: vec3f) -> f32
 #endif
 
 /// Of the ray that leaves a light vertex of a light subspace, on which light of `throughput` arrived.
-fn light_mis_of_bounce(throughput: vec3f, pdf_back: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
+fn light_mis_of_bounce(throughput: vec3f, behind: f32, is_delta: bool, label: u32, nominal: f32) -> LightMis {
     let weight = select(throughput, vec3f(0.0), is_delta);
-    return LightMis(magnitude(weight) * inv_q[label], pdf_back, nominal, label);
+    return LightMis(magnitude(weight) * inv_q[label], behind, nominal, label);
+}
+
+/// What the last connection but one that the ratio knows of is of it: from the vertex that the ray left to the one before.
+fn edge_before(mis: LightMis) -> f32 {
+    return mis.behind;
 }
 
 /// Density of an unguided light sub-path over that of the one whose ray this is.

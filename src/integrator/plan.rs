@@ -247,8 +247,10 @@ impl Plan {
             Some(_) => self.connections.connection_shares(),
             None => self.connections.scales().map(|scale| scale * unit),
         };
-        // A vertex that is connected to the camera knows one sum for all vertices beyond it.
-        let second = if self.to_camera { deep } else { second };
+        // A light path's vertex that is connected to the camera knows one sum for all vertices beyond it, unless beside its
+        // ratio goes what weights by subspaces need.
+        let knows_second = !self.to_camera || self.weights == Weights::Subspaces;
+        let second = if knows_second { second } else { deep };
         [first, second, deep, self.connections.hit_scale()]
     }
 

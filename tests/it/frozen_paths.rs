@@ -23,14 +23,19 @@ use crate::reference::path_space::{FullPath, LightEnd, PathSpace, SurfaceVertex,
 pub const VERTICES: usize = 8;
 pub const RESOLUTION: [u32; 2] = [32, 32];
 pub const LIGHT_PATHS: f32 = 700.0;
-/// Any factors on the densities of connections, by the number of the eye vertex, and on that of light that is hit. Light
-/// paths that reach the camera know one factor for the second vertex and all that follow.
+/// Any factors on the densities of connections, by the number of the eye vertex, and on that of light that is hit.
 const DENSITY_SCALES: [f32; 3] = [2.3, 0.4, 0.9];
 pub const HIT_SCALE: f32 = 3.0;
 
 /// The factor of connecting x_i.
-pub fn density_scale(i: usize, light_paths: f32) -> f32 {
-    DENSITY_SCALES[if light_paths > 0.0 && i > 1 { 2 } else { (i - 1).min(2) }]
+pub fn density_scale(i: usize) -> f32 {
+    DENSITY_SCALES[(i - 1).min(2)]
+}
+
+/// The same where weights take the density of connections as the same for all pairs: light paths that reach the camera know
+/// one factor for the second vertex and all that follow.
+pub fn plain_density_scale(i: usize, light_paths: f32) -> f32 {
+    density_scale(if light_paths > 0.0 && i > 1 { 3 } else { i })
 }
 
 const KERNEL: &str = concat!(include_str!("frozen_paths.wgsl"), include_str!("frozen_steps.wgsl"));
@@ -225,7 +230,10 @@ impl<'a> Bench<'a> {
             crop_height: RESOLUTION[1],
             crop_stride: 1,
             hit_scale: HIT_SCALE,
-            density_scales: [1, 2, 3].map(|i| density_scale(i, light_paths)),
+            density_scales: [1, 2, 3].map(|i| match subspaces {
+                Some(_) => density_scale(i),
+                None => plain_density_scale(i, light_paths),
+            }),
             camera_paths: light_paths,
             subspaces: subspaces.unwrap_or(0),
             ..self.batch
@@ -269,7 +277,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64) {
         let found = bench.kernel_finds(&frozen, light_paths, form, None);
         let expected = |index: usize| {
             let density = |i: usize, path: &FullPath| {
-                f64::from(density_scale(i, light_paths)) * bench.thinning(path, i)
+                f64::from(plain_density_scale(i, light_paths)) * bench.thinning(path, i)
             };
             let strategies =
                 bench.space.strategies(&paths[index], density, f64::from(HIT_SCALE), f64::from(light_paths));

@@ -191,8 +191,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         nominals[i] = nominal_of(mis);
         if i == 1u {
             if batch.camera_paths > 0.0 && !is_delta(point) {
-                var seen = vertex;
-                seen.edge *= scale_from_deep(0u);
+                let seen = seen_by_camera(vertex, mis);
                 weights[first + 1u] = connect_camera(point, seen, camera_view(point.position), nominals[i]).weight;
             }
         } else {
@@ -203,7 +202,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             pdf_solid = step.pdf_solid * guided;
             previous = step.next;
             medium = medium_towards(point, direction);
-            mis = light_mis_of_bounce(throughput, 0.0, is_delta(point), label, nominal_of(mis) / guided);
+            let behind = select(vertex.edge / vertex.pdf_area, 0.0, is_delta(point));
+            mis = light_mis_of_bounce(throughput, behind, is_delta(point), label, nominal_of(mis) / guided);
             throughput *= step.weight / guided;
         }
     }

@@ -10,7 +10,8 @@ use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 
 use crate::frozen_paths::{
-    self, Bench, Frozen, HIT_SCALE, LIGHT_PATHS, VERTICES, assert_same_weights, density_scale, find_paths,
+    self, Bench, Frozen, HIT_SCALE, LIGHT_PATHS, VERTICES, assert_same_weights, find_paths,
+    plain_density_scale,
 };
 use crate::frozen_paths_subspaces::{dark_glass, open_paths, retain};
 use crate::gpu;
@@ -133,7 +134,7 @@ fn assert_partition(
         let found = bench.kernel_finds(&frozen, light_paths, &form, None);
         let expected = |at: usize| {
             let density = |i: usize| {
-                let scale = f64::from(density_scale(i, light_paths)) * bench.thinning(&paths[at], i);
+                let scale = f64::from(plain_density_scale(i, light_paths)) * bench.thinning(&paths[at], i);
                 scale * v[at][i - 1].iter().sum::<f64>()
             };
             let strategies = bench.space.densities(&paths[at]).strategies(

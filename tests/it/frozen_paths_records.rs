@@ -10,7 +10,8 @@ use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 
 use crate::frozen_paths::{
-    Bench, Frozen, HIT_SCALE, LIGHT_PATHS, VERTICES, assert_same_weights, density_scale, find_paths, forms,
+    Bench, Frozen, HIT_SCALE, LIGHT_PATHS, VERTICES, assert_same_weights, find_paths, forms,
+    plain_density_scale,
 };
 use crate::frozen_paths_subspaces::{dark_glass, open_paths, retain};
 use crate::gpu;
@@ -88,7 +89,7 @@ fn assert_partition(scene: &Scene, records: usize, samples: u32, may_differ: f64
                 let nearest = tree.nearest(position.as_vec3().to_array());
                 let inv_q: Vec<f64> =
                     nearest.iter().map(|&(place, _)| f64::from(list[place as usize].inv_q)).collect();
-                let scale = f64::from(density_scale(i, light_paths)) * bench.thinning(path, i);
+                let scale = f64::from(plain_density_scale(i, light_paths)) * bench.thinning(path, i);
                 scale * density(ln_r.exp(), &inv_q)
             };
             weights(&densities.strategies(density, f64::from(HIT_SCALE), f64::from(light_paths)))

@@ -236,7 +236,7 @@ fn assert_partition(scene: &Scene, samples: u32, may_differ: f64, direction: boo
                     ln_w += 2.0 * unit.ln();
                 }
                 let share = f64::from(pdf[(row * SUBSPACES + column) as usize]);
-                let scale = f64::from(density_scale(i, light_paths)) * bench.thinning(path, i);
+                let scale = f64::from(density_scale(i)) * bench.thinning(path, i);
                 scale * share / f64::from(model.q[column as usize]) * ln_w.exp()
             };
             weights(&densities.strategies(density, f64::from(HIT_SCALE), f64::from(light_paths)))
