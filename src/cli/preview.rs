@@ -93,8 +93,8 @@ pub fn run(args: &PreviewArgs, quiet: bool) -> Result<Exit, CliError> {
     let options = args.picture.options(&scene, 0);
     let view = View { seed: args.seed.seed, ..options.view };
     let options = args.method.apply(RenderOptions { view, method, model, training, ..options });
-    let mut methods = METHODS.map(|other| args.method.for_caustics(&scene, other.default_method()).0);
-    methods[slot] = args.method.for_caustics(&scene, options.method).0;
+    let mut methods = METHODS.map(|other| args.method.for_surfaces(&scene, other.default_method()).0);
+    methods[slot] = args.method.for_surfaces(&scene, options.method).0;
     let (source, camera) = (args.scene.clone(), args.camera.clone());
     let settings = Settings {
         context,

@@ -11,7 +11,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::caveats::{caustics, caveats};
+use super::caveats::caveats;
+use super::glossy::glossy;
 use super::prepared::{camera_of, check_picture};
 use super::{Budget, Prepared, RenderError, RenderOptions, SeenLayers, TimeLimit, Uploaded};
 use crate::device::Context;
@@ -151,17 +152,17 @@ impl Automatic {
 
     fn spcbpt(scene: &Scene, reason: impl Into<String>, pilot: Duration) -> Self {
         let mut choices = vec![Choice::new("integrator", SPCBPT.name, reason)];
-        let (method, light_tracing) = for_caustics(scene, SPCBPT.default_method());
+        let (method, light_tracing) = for_surfaces(scene, SPCBPT.default_method());
         choices.extend(light_tracing);
         Self { method, choices, pilot }
     }
 }
 
-/// The method, with light tracing where it can have it and smooth surfaces bring light to others.
-pub fn for_caustics(scene: &Scene, method: Method) -> (Method, Option<Choice>) {
-    match method.with_light_tracing().zip(caustics(scene)) {
+/// The method, with light tracing where it can have it and glossy surfaces bring light to others.
+pub fn for_surfaces(scene: &Scene, method: Method) -> (Method, Option<Choice>) {
+    match method.with_light_tracing().zip(glossy(scene)) {
         Some((with, names)) => {
-            let reason = format!("smooth surfaces ({names}) bring light to others");
+            let reason = format!("glossy surfaces ({names}) bring light to others");
             (with, Some(Choice::new("light tracing", "on", reason)))
         }
         None => (method, None),

@@ -1,12 +1,8 @@
 //! What a method cannot show of a scene, and what it cannot know of its own error.
 
+use super::glossy::{caustics, names};
 use crate::integrator::Plan;
-use crate::scene::{Material, Scene, SceneFeatures};
-
-/// Roughness below which what a surface reflects or refracts is as good as never found by chance.
-const SMOOTH: f32 = 0.2;
-/// Materials that are named.
-const NAMED: usize = 3;
+use crate::scene::Scene;
 
 /// What users have to know of pictures of this scene by such a method, a line each; `parallel`: of the camera's rays.
 pub fn caveats(scene: &Scene, parallel: bool, plan: &Plan) -> Vec<String> {
@@ -33,18 +29,6 @@ fn unreachable(scene: &Scene, parallel: bool) -> Vec<String> {
     lines
 }
 
-/// The smooth surfaces that bring light to others, where there are both and light.
-pub(super) fn caustics(scene: &Scene) -> Option<String> {
-    let is_smooth = |material: &Material| {
-        material.roughness < SMOOTH && material.metallic.max(material.transmission) > 0.0 && !material.unlit
-    };
-    let receives = |material: &Material| !is_smooth(material) && !material.unlit;
-    if !SceneFeatures::of(scene).lights() || names(scene, receives).is_none() {
-        return None;
-    }
-    names(scene, is_smooth)
-}
-
 /// Light that eye paths may never find, so that its absence is in no estimate.
 fn unknown(scene: &Scene, plan: &Plan) -> Option<String> {
     if plan.to_camera {
@@ -59,23 +43,4 @@ fn unknown(scene: &Scene, plan: &Plan) -> Option<String> {
         "light that reaches other surfaces by way of smooth ones ({names}) is found by accident or not at all without \
          connections to the camera: the picture may lack some of it (caustics), and the estimated error cannot know; {remedy}"
     ))
-}
-
-/// Materials of triangles that fit, by name; `None` where there are none.
-fn names(scene: &Scene, fits: impl Fn(&Material) -> bool) -> Option<String> {
-    let mut names: Vec<&str> = Vec::new();
-    for mesh in &scene.meshes {
-        let Some(material) = scene.materials.get(mesh.material as usize) else { continue };
-        if !mesh.triangles.is_empty() && fits(material) && !names.contains(&material.name.as_str()) {
-            names.push(&material.name);
-        }
-    }
-    let others = names.len().saturating_sub(NAMED);
-    let quoted: Vec<String> = names.iter().take(NAMED).map(|name| format!("\"{name}\"")).collect();
-    let list = quoted.join(", ");
-    match (names.is_empty(), others) {
-        (true, _) => None,
-        (_, 0) => Some(list),
-        _ => Some(format!("{list} and {others} more")),
-    }
 }

@@ -5,6 +5,7 @@ mod budget;
 mod caveats;
 mod checkpoint;
 mod error;
+mod glossy;
 mod halves;
 mod layers;
 mod meanwhile;
@@ -19,7 +20,7 @@ mod seen;
 pub mod tracing;
 
 pub use crate::film::state::pixel_sums;
-pub use auto::{Automatic, for_caustics};
+pub use auto::{Automatic, for_surfaces};
 pub use budget::{Budget, Estimate, Progress, Stop, TimeLimit};
 pub use checkpoint::{Keeping, picture_of, rays_of, take_up};
 pub use error::RenderError;

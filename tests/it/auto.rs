@@ -5,9 +5,9 @@ use std::time::Duration;
 use halfway::film::Picture;
 use halfway::integrator::method::{Given, PATH, PCBPT, SPCBPT};
 use halfway::integrator::{Method, View};
-use halfway::render::{Automatic, Budget, Prepared, RenderOptions, TimeLimit, Uploaded, for_caustics};
+use halfway::render::{Automatic, Budget, Prepared, RenderOptions, TimeLimit, Uploaded, for_surfaces};
 use halfway::scene::builtin::builtin;
-use halfway::scene::{Repeated, Scene};
+use halfway::scene::{Filter, Image, Material, Repeated, Scene, Texture, TextureRef, Wrap};
 
 use crate::command::Case;
 use crate::gpu;
@@ -85,6 +85,40 @@ fn auto_traces_light_where_caustics_may_be() {
     assert_eq!(automatic.method, Method::Path, "{:?}", automatic.choices);
 }
 
+/// Rough metal and glaze bring light to others as well, be they said by factors or by textures; matter of other kinds does not.
+#[test]
+fn auto_traces_light_where_surfaces_are_glossy() {
+    let traces = |material: Material, texel: Option<[u8; 4]>| {
+        let mut scene = scene("cornell");
+        scene.images.push(Image {
+            name: "half".into(),
+            width: 2,
+            height: 1,
+            texels: texel.map_or(vec![], |texel| vec![[255, 255, 0, 255], texel]),
+        });
+        scene.textures.push(Texture { image: 0, wrap: [Wrap::Repeat; 2], filter: Filter::Nearest });
+        let slot = TextureRef { texture: 0, uv_set: 0, transform: glam::Affine2::IDENTITY };
+        let used = scene.meshes[0].material as usize;
+        scene.materials[used] =
+            Material { metallic_roughness_texture: texel.map(|_| slot), name: "it".into(), ..material };
+        let (method, choice) = for_surfaces(&scene, (SPCBPT.make)(&Given::default()));
+        assert_eq!(method.plan().to_camera, choice.is_some());
+        choice.is_some_and(|choice| choice.reason.contains("\"it\""))
+    };
+    let metal = |roughness| Material { roughness, ..Material::default() };
+    let glaze = |roughness| Material { metallic: 0.0, ..metal(roughness) };
+    assert!(traces(metal(0.5), None) && !traces(metal(0.55), None));
+    assert!(traces(glaze(0.25), None) && !traces(glaze(0.3), None));
+    let glass = |roughness| Material { transmission: 1.0, ..glaze(roughness) };
+    assert!(traces(glass(0.4), None) && !traces(glass(0.6), None));
+    assert!(!traces(Material { specular: 0.0, ..glaze(0.1) }, None), "Lambert");
+    assert!(!traces(Material { unlit: true, ..metal(0.1) }, None), "unlit");
+    // G is roughness, B metal.
+    assert!(traces(metal(1.0), Some([0, 100, 255, 255])) && !traces(metal(1.0), Some([0, 150, 255, 255])));
+    assert!(!traces(metal(1.0), Some([0, 100, 9, 255])), "hardly any metal");
+    assert!(traces(metal(0.6), Some([0, 100, 9, 255])), "a glaze");
+}
+
 /// Whoever names an integrator has light tracing by itself where caustics may be, unless told otherwise.
 #[test]
 fn a_named_integrator_traces_light_where_caustics_may_be() {
@@ -101,7 +135,7 @@ fn a_named_integrator_traces_light_where_caustics_may_be() {
     assert_eq!(picture("cornell", "", false), picture("cornell", "--no-light-tracing", false));
     case.refuse("render DIR/a.glb -i lvcbpt --light-tracing --no-light-tracing", &["cannot be used with"]);
     let records = (PCBPT.make)(&Given::default());
-    assert_eq!(for_caustics(&scene("spheres"), records).0, records, "its light paths are too few");
+    assert_eq!(for_surfaces(&scene("spheres"), records).0, records, "its light paths are too few");
 }
 
 /// What was chosen for the scene is told beside what was chosen for the render.

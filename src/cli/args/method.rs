@@ -13,7 +13,7 @@ use crate::integrator::method::{Given, Setting};
 use crate::integrator::{
     Choice, Connections, Descriptor, MAX_CONNECTIONS, METHODS, Method, PcBpt, RecordWeights, View,
 };
-use crate::render::{PUBLISHED_LIGHT_PATHS_PER_PIXEL, RenderOptions, for_caustics};
+use crate::render::{PUBLISHED_LIGHT_PATHS_PER_PIXEL, RenderOptions, for_surfaces};
 use crate::scene::Scene;
 use crate::subspace::{LEAST_UNIFORM_SHARE, Model, Optimiser, Settings, SubspaceError};
 use crate::training::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS, Training, When};
@@ -73,7 +73,7 @@ pub struct MethodArgs {
     connections: ConnectionArgs,
     #[arg(long, conflicts_with = "no_light_tracing",
           help = format!("Connect light paths to the camera as well ({}): finds caustics. bdpt, lvcbpt and spcbpt do so by \
-                          themselves where smooth surfaces bring light to others", names_of(Setting::LightTracing)))]
+                          themselves where glossy surfaces bring light to others", names_of(Setting::LightTracing)))]
     light_tracing: bool,
     #[arg(long, help = format!("Do not connect light paths to the camera, whatever the surfaces are ({})",
                                names_of(Setting::LightTracing)))]
@@ -354,14 +354,14 @@ impl MethodArgs {
     /// # Errors
     /// As [`method`](Self::method).
     pub fn named_for(&self, scene: &Scene) -> Result<Option<(Method, Option<Choice>)>, InputError> {
-        Ok(self.method()?.map(|method| self.for_caustics(scene, method)))
+        Ok(self.method()?.map(|method| self.for_surfaces(scene, method)))
     }
 
     /// The method as the scene wants it, where nothing is said of light tracing; and why.
-    pub fn for_caustics(&self, scene: &Scene, method: Method) -> (Method, Option<Choice>) {
+    pub fn for_surfaces(&self, scene: &Scene, method: Method) -> (Method, Option<Choice>) {
         match self.light_tracing || self.no_light_tracing || self.as_published {
             true => (method, None),
-            false => for_caustics(scene, method),
+            false => for_surfaces(scene, method),
         }
     }
 
