@@ -72,8 +72,8 @@ pub struct Plan {
     pub to_camera: bool,
 }
 
-/// How far weights trust connections of light paths to the camera, beside what the balance heuristic does, where the light
-/// paths are those of a cache, fewer than pixels: docs/measurements.md, Light tracing.
+/// How far weights trust connections of light paths to the camera, beside what the balance heuristic does, where samples
+/// share these light paths: docs/measurements.md, Light tracing.
 const CAMERA_SHARE: f32 = 0.25;
 /// Light paths for each sample of each pixel of the picture, where none are asked for.
 const LIGHT_PATHS_PER_PIXEL: f64 = 0.25;

@@ -35,6 +35,8 @@ pub struct Film {
     pub errors: Vec<[f64; 2]>,
     /// Time for one sample of the whole picture.
     pub seconds_per_sample: Option<f64>,
+    /// The same of the first, for which light paths may be traced that others share.
+    seconds_of_first: Option<f64>,
     /// For training for another view, where the method trains.
     pub warm_start: Option<WarmStart>,
     /// The view that the model was trained for.
@@ -51,6 +53,7 @@ impl Film {
             estimate: Estimate::default(),
             errors: Vec::new(),
             seconds_per_sample: None,
+            seconds_of_first: None,
             warm_start,
             trained_view: view,
         }
@@ -76,7 +79,7 @@ impl Film {
 
     /// What each side has to be divided by for a sample in so many seconds; `unknown` before the first is measured.
     pub fn divisor_for(&self, seconds: f64, unknown: u32) -> u32 {
-        match self.seconds_per_sample {
+        match self.seconds_of_first {
             Some(whole) => ((whole / seconds).sqrt().ceil() as u32).clamp(1, LARGEST_DIVISOR),
             None => unknown,
         }
@@ -125,6 +128,9 @@ impl Film {
         };
         let taken = (self.renderer.elapsed() - before).as_secs_f64() / f64::from(done.max(1));
         let taken = taken * f64::from(self.divisor * self.divisor);
+        if before.is_zero() && done == 1 && (whole || self.seconds_of_first.is_none()) {
+            self.seconds_of_first = Some(taken);
+        }
         // Small pictures say little of large ones, and the last steps more than all before.
         if whole || self.seconds_per_sample.is_none() {
             self.seconds_per_sample =

@@ -160,7 +160,7 @@ impl Automatic {
 
 /// The method, with light tracing where it can have it and glossy surfaces bring light to others.
 pub fn for_surfaces(scene: &Scene, method: Method) -> (Method, Option<Choice>) {
-    match method.with_light_tracing().zip(glossy(scene)) {
+    match method.with_light_tracing().and_then(|with| Some((with, glossy(scene)?))) {
         Some((with, names)) => {
             let reason = format!("glossy surfaces ({names}) bring light to others");
             (with, Some(Choice::new("light tracing", "on", reason)))

@@ -1,7 +1,8 @@
 //! Renders that are kept on disk and go on from there, and renders of a portion of the samples.
 //!
 //! A render that goes on makes the picture of one that was never stopped, bit for bit, but for one that learns while it
-//! renders: which sample uses which round is up to the clock there, so that goes on by the model that it had.
+//! renders: which sample uses which round is up to the clock there, so that goes on by the model that it had. (What goes on
+//! within a group traces its light paths again, and counts their rays.)
 
 use std::collections::BTreeMap;
 use std::path::Path;

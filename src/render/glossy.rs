@@ -16,59 +16,57 @@ const NAMED: usize = 3;
 
 /// The smooth metals and transparent surfaces that bring light to others, where there are both and light.
 pub(super) fn caustics(scene: &Scene) -> Option<String> {
-    let is_smooth = |material: &Material| sends(scene, material, SMOOTH.next_down(), 0.0);
-    bring_light(scene, is_smooth, is_smooth)
+    bring_light(scene, |part| part.is_bare && part.roughness < SMOOTH)
 }
 
 /// The surfaces that make light tracing worth its time, where there are others for them to light.
 pub(super) fn glossy(scene: &Scene) -> Option<String> {
-    let is_smooth = |material: &Material| sends(scene, material, SMOOTH.next_down(), 0.0);
-    bring_light(scene, |material| sends(scene, material, GLOSSY, GLAZED), is_smooth)
+    bring_light(scene, |part| part.roughness <= if part.is_bare { GLOSSY } else { GLAZED })
 }
 
-/// Those that send light, where there is some and others are lit: all that are not smooth.
-fn bring_light(
-    scene: &Scene,
-    send: impl Fn(&Material) -> bool,
-    is_smooth: impl Fn(&Material) -> bool,
-) -> Option<String> {
-    let receives = |material: &Material| !material.unlit && !is_smooth(material);
+/// What a place of a surface reflects or refracts in lobes.
+struct Part {
+    roughness: f32,
+    /// Metal, or it lets light through: all of the light, not what a glaze reflects of it.
+    is_bare: bool,
+}
+
+/// The surfaces of which a part sends light, where there is some and others are lit: all that are not smooth everywhere.
+fn bring_light(scene: &Scene, sends: impl Fn(&Part) -> bool) -> Option<String> {
+    let receives = |material: &Material| {
+        let is_smooth = |part: &Part| part.is_bare && part.roughness < SMOOTH;
+        !material.unlit && (material.is_lambert() || !parts(scene, material).iter().all(is_smooth))
+    };
     if !SceneFeatures::of(scene).lights() || names(scene, receives).is_none() {
         return None;
     }
-    names(scene, send)
+    names(scene, |material| {
+        if material.unlit || material.is_lambert() {
+            return false;
+        }
+        let parts = parts(scene, material);
+        parts.iter().filter(|part| sends(part)).count() as f32 > LEAST_SHARE * parts.len() as f32
+    })
 }
 
-/// A part of the surface reflects or refracts in lobes of no more roughness: metal and what lets light through up to `bare`,
-/// others up to `glazed`.
-fn sends(scene: &Scene, material: &Material, bare: f32, glazed: f32) -> bool {
-    if material.unlit || material.is_lambert() {
-        return false;
-    }
-    let sends = |&[roughness, metallic]: &[f32; 2]| {
-        let is_bare = metallic > 0.0 || material.transmission > 0.0;
-        (is_bare && roughness <= bare) || (material.specular > 0.0 && roughness <= glazed)
+/// Places of a surface: one, or some texels.
+fn parts(scene: &Scene, material: &Material) -> Vec<Part> {
+    let part = |[roughness, metallic]: [f32; 2]| Part {
+        roughness: roughness * material.roughness,
+        // Less metal than that is noise of the file.
+        is_bare: (metallic >= 0.1 && material.metallic > 0.0) || material.transmission > 0.0,
     };
-    let parts = parts(scene, material);
-    parts.iter().filter(|part| sends(part)).count() as f32 > LEAST_SHARE * parts.len() as f32
-}
-
-/// Roughness and metalness in places of a surface: one, or those of some texels.
-fn parts(scene: &Scene, material: &Material) -> Vec<[f32; 2]> {
-    let factors = [material.roughness, material.metallic];
     let texture =
         material.metallic_roughness_texture.and_then(|slot| scene.textures.get(slot.texture as usize));
     let Some(image) = texture.and_then(|texture| scene.images.get(texture.image as usize)) else {
-        return vec![factors];
+        return vec![part([1.0; 2])];
     };
     let step = |side: u32| (side / TEXELS).max(1) as usize;
     let rows = image.texels.chunks(image.width.max(1) as usize).step_by(step(image.height));
-    let of_texel = |texel: &[u8; 4]| {
-        // Less metal than that is noise of the file.
-        let [roughness, metallic] = [texel[1], texel[2]].map(|value| f32::from(value) / 255.0);
-        [factors[0] * roughness, if metallic < 0.1 { 0.0 } else { factors[1] * metallic }]
-    };
-    rows.flat_map(|row| row.iter().step_by(step(image.width)).map(of_texel)).collect()
+    let texels = rows.flat_map(|row| row.iter().step_by(step(image.width)));
+    // Black is what files have where no surface is.
+    let used = texels.filter(|texel| texel[1] > 0 || texel[2] > 0);
+    used.map(|texel| part([texel[1], texel[2]].map(|value| f32::from(value) / 255.0))).collect()
 }
 
 /// Materials of triangles that fit, by name; `None` where there are none.

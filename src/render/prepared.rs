@@ -359,7 +359,7 @@ impl Prepared {
             halves: HalvesInProgress::begin(&options, settings.view.region().pixels() as usize),
             rays_before: RayCounts::default(),
             elapsed: Duration::ZERO,
-            last_sample: Duration::ZERO,
+            longest_sample: Duration::ZERO,
             was_cut: false,
             learning_time,
             radiance_scale,

@@ -63,8 +63,8 @@ pub struct Renderer {
     /// What was done before the render went on from a checkpoint.
     pub(super) rays_before: RayCounts,
     pub(super) elapsed: Duration,
-    /// Time of the last sample, where a picture has more pixels than the queues hold.
-    pub(super) last_sample: Duration,
+    /// The longest time of a sample of the last group, where a picture has more pixels than the queues hold.
+    pub(super) longest_sample: Duration,
     /// The last round was left unfinished.
     pub(super) was_cut: bool,
     pub(super) learning_time: LearningTime,
@@ -258,8 +258,10 @@ impl Renderer {
             let start = Instant::now();
             let film = match (self.samples + done).is_multiple_of(SAMPLES_A_FLUSH) {
                 true => Some(Vec::new()),
-                false if is_long(self.last_sample) => Some(self.integrator.wavefront().film(&self.context)?),
-                // Samples take about as long as the one before them: this one will not be cut.
+                false if is_long(self.longest_sample) => {
+                    Some(self.integrator.wavefront().film(&self.context)?)
+                }
+                // Samples take no longer than the longest of the group before them: this one will not be cut.
                 false => None,
             };
             self.integrator.wavefront_mut().hold(film.is_none());
@@ -270,7 +272,10 @@ impl Renderer {
                 return Ok(done);
             }
             self.context.wait()?;
-            self.last_sample = start.elapsed();
+            // Those that begin a group may trace the light paths of all of it.
+            let begins = (self.samples + done).is_multiple_of(SAMPLES_A_GROUP);
+            self.longest_sample =
+                start.elapsed().max(if begins { Duration::ZERO } else { self.longest_sample });
         }
         Ok(samples)
     }

@@ -117,6 +117,7 @@ fn auto_traces_light_where_surfaces_are_glossy() {
     assert!(traces(metal(1.0), Some([0, 100, 255, 255])) && !traces(metal(1.0), Some([0, 150, 255, 255])));
     assert!(!traces(metal(1.0), Some([0, 100, 9, 255])), "hardly any metal");
     assert!(traces(metal(0.6), Some([0, 100, 9, 255])), "a glaze");
+    assert!(!traces(metal(1.0), Some([0, 0, 0, 255])), "padding");
 }
 
 /// Whoever names an integrator has light tracing by itself where caustics may be, unless told otherwise.

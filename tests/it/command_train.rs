@@ -66,7 +66,7 @@ fn choices_are_said() {
             "chosen: learning first (the same seed makes the same picture)",
             "rounds 2 (as many as wanted)",
             "subspaces ",
-            "light paths 2048 (0.25 for each sample",
+            "light paths at a time 2048 (0.25 for each sample",
         ],
     );
     let report: serde_json::Value =

@@ -56,7 +56,7 @@ fn r08_a_small_cache_has_fewer_light_paths() {
     let means = [gpu::context(), &small].map(|context| {
         let (renderer, picture) = render(context, &scene, method);
         let choices = renderer.report().expect("a report").choices;
-        let paths = choices.iter().find(|choice| choice.what == "light paths").expect("a choice");
+        let paths = choices.iter().find(|choice| choice.what == "light paths at a time").expect("a choice");
         (paths.reason.contains("one buffer has room for"), picture.rgb.iter().map(|rgb| rgb[1]).sum::<f32>())
     });
     assert_eq!(means.map(|(capped, _)| capped), [false, true]);

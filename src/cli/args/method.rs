@@ -65,8 +65,9 @@ pub struct MethodArgs {
     #[arg(short, long, value_name = "NAME", value_parser = IntegratorParser, default_value = AUTO)]
     integrator: Integrator,
     #[arg(long, value_name = "M",
-          help = format!("Light paths for each sample of the whole picture; the {SAMPLES_A_GROUP} samples of a group share theirs \
-                          ({}; default: a quarter of the number of pixels, fewer in large pictures, light as many as pixels, {} {})",
+          help = format!("Light paths for each sample of the whole picture; in lvcbpt and spcbpt the {SAMPLES_A_GROUP} samples of a \
+                          group share theirs ({}; default: a quarter of the number of pixels, there fewer in large pictures, light \
+                          as many as pixels, {} {})",
                          names_of(Setting::LightPaths), names_of(Setting::Records), PcBpt::LIGHT_PATHS))]
     light_paths: Option<u32>,
     #[command(flatten)]

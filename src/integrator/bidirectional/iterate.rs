@@ -256,6 +256,7 @@ impl Bidirectional {
         {
             return Ok(counts);
         }
+        self.wavefront.light_at_hand = None;
         if self.plan.to_camera {
             self.wavefront.clear_splats(context);
         }

@@ -14,8 +14,6 @@ pub mod settings;
 mod splats;
 mod subspaces;
 
-use std::cmp::Ordering;
-
 use crate::device::layout::{Camera, SAMPLES_A_GROUP};
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
@@ -50,6 +48,8 @@ pub(crate) struct Bidirectional {
     light_paths: u32,
     /// Samples of an iteration, which share them.
     iteration: u32,
+    /// There may be several of them.
+    samples_share: bool,
     /// Of connections by depth, then of light that is hit: [`Plan::density_scales`].
     density_scales: [f32; 4],
     /// In the cache, on average; 0 where it is not known.
@@ -138,6 +138,11 @@ impl Bidirectional {
             plan,
             light_paths: 1,
             iteration: 1,
+            // Records are those of a sample, and training asks for so many light paths as it wants.
+            samples_share: plan.shares_cache()
+                && plan.record_share().is_none()
+                && !settings.view.independent
+                && purpose == Purpose::Picture,
             // Unless the pilot knows better.
             density_scales: plan.density_scales(1.0),
             vertices_per_path: 0.0,
@@ -174,15 +179,10 @@ impl Bidirectional {
         let settings = &self.wavefront.settings;
         let pixels = settings.view.width * settings.view.height;
         let a_sample = self.plan.light_paths.count(pixels, settings.view.region().pixels());
-        // Records are those of a sample.
-        let shares_samples = self.plan.shares_cache()
-            && self.records.is_none()
-            && !settings.view.independent
-            && !self.wavefront.learns();
         let is_default = matches!(self.plan.light_paths, LightPaths::Shared { wanted: None, .. });
-        self.iteration = if shares_samples { SAMPLES_A_GROUP } else { 1 };
+        self.iteration = if self.samples_share { SAMPLES_A_GROUP } else { 1 };
         self.light_paths = a_sample.saturating_mul(self.iteration);
-        if shares_samples && is_default {
+        if self.samples_share && is_default {
             self.light_paths = self.light_paths.min(self.enough().max(a_sample));
         }
         // One buffer holds few of the light paths of a large picture, or between surfaces that absorb next to nothing.
@@ -197,7 +197,8 @@ impl Bidirectional {
             self.light_paths = ((most / vertices_per_path) as u32).max(1);
         }
         // Those that are asked for are for each sample: groups are made of whole iterations.
-        while self.iteration > 1 && !is_default && vertices(self.light_paths) > most {
+        let are_too_many = |paths: u32| vertices(paths) > most || paths > ENOUGH_TO_CAMERA;
+        while self.iteration > 1 && !is_default && are_too_many(self.light_paths) {
             self.iteration /= 2;
             self.light_paths = a_sample.saturating_mul(self.iteration);
         }
@@ -327,13 +328,16 @@ impl Integrator for Bidirectional {
         let mut choices = Vec::new();
         if self.plan.shares_cache() {
             if let LightPaths::Shared { wanted: None, per_pixel } = self.plan.light_paths {
-                let reason = match self.light_paths.cmp(&self.enough()) {
+                let enough = self.enough();
+                let reason = match self.light_paths {
                     _ if self.is_capped => "as many as one buffer has room for".to_string(),
-                    Ordering::Less => format!("{per_pixel} for each sample of a pixel"),
-                    Ordering::Equal => "enough for the samples that share them".to_string(),
-                    Ordering::Greater => format!("{per_pixel} for each pixel"),
+                    paths if self.iteration > 1 && paths == enough => {
+                        "enough for the samples that share them".into()
+                    }
+                    paths if self.iteration > 1 && paths > enough => format!("{per_pixel} for each pixel"),
+                    _ => format!("{per_pixel} for each sample of a pixel"),
                 };
-                choices.push(Choice::new("light paths", self.light_paths, reason));
+                choices.push(Choice::new("light paths at a time", self.light_paths, reason));
             }
             if self.records.is_none() {
                 let reason = match self.wavefront.settings.view.independent {

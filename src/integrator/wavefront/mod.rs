@@ -169,6 +169,7 @@ impl Wavefront {
 
     /// From now on renders with this seed, and of all strategies this one only.
     pub fn choose(&mut self, seed: u64, strategy: Option<Strategy>) {
+        self.light_at_hand = None;
         self.settings.view.seed = seed;
         self.settings.strategy = strategy;
     }
@@ -192,8 +193,8 @@ impl Wavefront {
         context.wait()
     }
 
-    /// After [`DeviceError::Abandoned`]: forgets the paths under way, so that the next batch begins as any other. `film`: the sums before the samples that were abandoned (empty: none), where parts of those
-    /// may have reached it.
+    /// After [`DeviceError::Abandoned`]: forgets the paths under way, so that the next batch begins as any other. `film`: the
+    /// sums before the samples that were abandoned (empty: none), where parts of those may have reached it.
     ///
     /// # Errors
     /// A lost device.
