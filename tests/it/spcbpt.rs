@@ -132,6 +132,16 @@ fn c09_any_number_of_connections_agrees_with_path() {
     }
 }
 
+/// Light that reaches the camera knows what second eye vertices would have made of it: weights that take them for deeper ones
+/// count it twice.
+#[test]
+fn c09_light_at_the_camera_knows_second_vertices() {
+    let (scene, model) = cornell();
+    let connections = Connections { counts: [3, 2, 1], shares: [1.0, 500.0, 1.0, 1.0], thinning: true };
+    let options = spcbpt(connecting(2000, connections, true), 8, Some(Arc::new(model.clone())));
+    assert_options_same_as_path(scene, &options);
+}
+
 #[test]
 fn c09_uniform_gamma_agrees_with_path() {
     let (scene, model) = cornell();
