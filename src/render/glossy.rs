@@ -16,7 +16,7 @@ const NAMED: usize = 3;
 
 /// The smooth metals and transparent surfaces that bring light to others, where there are both and light.
 pub(super) fn caustics(scene: &Scene) -> Option<String> {
-    bring_light(scene, |part| part.is_bare && part.roughness < SMOOTH)
+    bring_light(scene, Part::is_smooth)
 }
 
 /// The surfaces that make light tracing worth its time, where there are others for them to light.
@@ -31,11 +31,16 @@ struct Part {
     is_bare: bool,
 }
 
+impl Part {
+    fn is_smooth(&self) -> bool {
+        self.is_bare && self.roughness < SMOOTH
+    }
+}
+
 /// The surfaces of which a part sends light, where there is some and others are lit: all that are not smooth everywhere.
 fn bring_light(scene: &Scene, sends: impl Fn(&Part) -> bool) -> Option<String> {
     let receives = |material: &Material| {
-        let is_smooth = |part: &Part| part.is_bare && part.roughness < SMOOTH;
-        !material.unlit && (material.is_lambert() || !parts(scene, material).iter().all(is_smooth))
+        !material.unlit && (material.is_lambert() || !parts(scene, material).iter().all(Part::is_smooth))
     };
     if !SceneFeatures::of(scene).lights() || names(scene, receives).is_none() {
         return None;

@@ -256,7 +256,6 @@ impl Bidirectional {
         {
             return Ok(counts);
         }
-        self.wavefront.light_at_hand = None;
         if self.plan.to_camera {
             self.wavefront.clear_splats(context);
         }

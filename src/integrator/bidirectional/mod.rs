@@ -30,7 +30,8 @@ use subspaces::Subspaces;
 /// Room in the cache for each light path at first; it grows where that is too little.
 const FIRST_VERTICES_A_PATH: u64 = 6;
 /// Light paths that a group of samples needs no more of, unless its picture is so large that a sample has more; and the same
-/// where they are connected to the camera: docs/measurements.md, Groups of samples.
+/// where they are connected to the camera, which is also the most that samples share where so many are asked for each:
+/// docs/measurements.md, Groups of samples.
 const ENOUGH_LIGHT_PATHS: u32 = 1 << 16;
 const ENOUGH_TO_CAMERA: u32 = 1 << 18;
 /// Room that the cache has for each vertex that is there on average, or was last time.
@@ -342,7 +343,7 @@ impl Integrator for Bidirectional {
             if self.records.is_none() {
                 let reason = match self.wavefront.settings.view.independent {
                     true => "samples are independent, as asked for",
-                    false => "a group, as far as one buffer has room for its light paths",
+                    false => "up to a group, by how many light paths there is room for",
                 };
                 choices.push(Choice::new("samples that share light paths", self.iteration, reason));
             }

@@ -196,7 +196,8 @@ impl Wavefront {
     }
 
     /// Forgets what light paths have brought to the camera.
-    pub(crate) fn clear_splats(&self, context: &Context) {
+    pub(crate) fn clear_splats(&mut self, context: &Context) {
+        self.light_at_hand = None;
         let mut encoder = context.device.create_command_encoder(&Default::default());
         self.clear(SPLATS, &mut encoder);
         context.queue.submit([encoder.finish()]);
