@@ -12,10 +12,13 @@ override ROULETTE_CAP: f32 = 0.3;
 const WHITE: f32 = 0.999755859375;
 /// Below one, so that a path between surfaces that absorb nothing ends as well.
 const WHITE_SURVIVAL: f32 = 0.99609375;
+/// Most where nothing can be connected: what is caught in clear glass brings nothing, and all others of its batch wait for it.
+const DELTA_SURVIVAL: f32 = 0.98;
 
 /// Probability that a path goes on from a vertex.
 fn survival(surface: Surface) -> f32 {
     let albedo = bsdf_albedo(surface);
-    let kept = max(max(albedo.x, max(albedo.y, albedo.z)), ROULETTE_CAP);
+    let most = select(1.0, max(DELTA_SURVIVAL, ROULETTE_CAP), (surface.flags & SURFACE_DELTA) != 0u);
+    let kept = min(max(max(albedo.x, max(albedo.y, albedo.z)), ROULETTE_CAP), most);
     return select(kept, WHITE_SURVIVAL, kept > WHITE);
 }

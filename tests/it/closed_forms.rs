@@ -86,6 +86,19 @@ fn c04_furnace_that_absorbs_next_to_nothing() {
     assert_eq!(render(&closed::furnace_box(0.9, 1.0), options([12, 12], 8)).report.rays.deep_paths(), None);
 }
 
+/// What is caught between mirrors ends soon: the whole batch waits for it.
+#[test]
+fn c04_furnace_of_mirrors_ends() {
+    let mut scene = closed::furnace_box(1.0, 1.0);
+    for material in &mut scene.materials {
+        (material.metallic, material.roughness) = (1.0, 0.0);
+    }
+    let rays = render(&scene, options([8, 8], 16)).report.rays;
+    let surfaces = rays.closest_hit as f64 / rays.paths as f64;
+    // 1 / (1 - .98), and three standard errors of 1024 paths.
+    assert!((50.0 - surfaces).abs() < 4.7, "{surfaces}");
+}
+
 #[test]
 fn c07_form_factors() {
     let floor = |albedo| (grey(albedo), horizontal(0.02, 0.0, true));
