@@ -26,7 +26,8 @@ struct TrainingEnd {
     path: u32,
     /// The BSDF at x_{n-1} towards the light's end; a light that was hit has it in the vertex.
     f: vec3f,
-    /// Depth of x_{n-1} in the low 16 bits; above them 1 where the ends were connected.
+    /// Depth of x_{n-1} in the low 16 bits; above them, where the ends were connected, 1 and by how many the vertex's
+    /// connections came before this one.
     depth_sampled: u32,
     /// The BSDF at y, or what a light emits this way as a share; absorption in between.
     f_light: vec3f,

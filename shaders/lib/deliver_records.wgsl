@@ -52,7 +52,7 @@ fn deliver_connection(
     end.emitted = light_vertex.weight / connection.density;
     end.path = ray.path;
     end.f = connection.f_eye * through;
-    end.depth_sampled = shadow.depth | (1u << 16u);
+    end.depth_sampled = shadow.depth | ((counts.connection_round * CONNECTIONS_IN_FLIGHT + slot + 1u) << 16u);
     end.f_light = connection.f_light;
     end.vertex = light_path_offsets[light_vertex.path] + number_of(light_vertex);
     end.share = share_at(shadow.depth);

@@ -238,6 +238,13 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
                 counts.clamped_paths
             ),
         ),
+        (
+            "first connections",
+            match &model.first_connections {
+                Some(first) => format!("{}: {}", first.count, first.reason(model.connections.counts[0])),
+                None => "as it was learnt for: too little was found to tell how many are worth it".into(),
+            },
+        ),
         ("learnt for", format!("{}, uniform share {}", model.connections, settings.uniform_share)),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]

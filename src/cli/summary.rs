@@ -154,6 +154,7 @@ pub fn training_stats(trained: &TrainingResult, report: &Report) -> serde_json::
         "choices": trained.choices,
         "subspaces": model.subspaces,
         "connections": model.connections,
+        "first_connections": model.first_connections,
         "settings": model.settings,
         "training": model.report,
     })

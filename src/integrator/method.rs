@@ -84,6 +84,7 @@ impl Given {
             counts: self.connections.unwrap_or(default.counts),
             shares: self.shares.unwrap_or(default.shares),
             thinning: default.thinning && !self.no_thinning,
+            adapts: default.adapts && self.connections.is_none(),
         }
     }
 }

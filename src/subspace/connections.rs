@@ -19,12 +19,35 @@ pub struct Connections {
     pub shares: [f32; 4],
     /// Vertices of narrow lobes make a part of them only: `shaders/lib/thinning.wgsl`.
     pub thinning: bool,
+    /// First vertices have as many as a model says that is worth it, in place of `counts[0]`.
+    pub adapts: bool,
+}
+
+/// How many connections of first vertices are worth it, as learning found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FirstConnections {
+    pub count: u32,
+    /// Share of a sample's variance, and of its work, that connections of first vertices have where they are as many as the
+    /// model was trained with.
+    pub variance: f64,
+    pub cost: f64,
+}
+
+impl FirstConnections {
+    /// Why there are so many, where it was learnt with `made`.
+    pub fn reason(&self, made: u32) -> String {
+        format!(
+            "{made} of each first vertex leave {:.0} % of the variance and are {:.0} % of the work",
+            100.0 * self.variance,
+            100.0 * self.cost
+        )
+    }
 }
 
 impl Connections {
     /// As many everywhere, as the balance heuristic weighs them.
     pub const fn even(count: u32) -> Self {
-        Self { counts: [count; 3], shares: [1.0; 4], thinning: true }
+        Self { counts: [count; 3], shares: [1.0; 4], thinning: true, adapts: false }
     }
 
     /// Connections in flight at once.

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::connections::{Connections, MAX_CONNECTIONS};
+use super::connections::{Connections, FirstConnections, MAX_CONNECTIONS};
 use super::gamma::{Loss, Tried};
 use super::guide::{GUIDE_CELLS, LightGuide};
 use super::model::{CentroidMove, Counts, Model, Seconds, TrainingReport};
@@ -23,7 +23,7 @@ use crate::subspace::SubspaceError;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// Magic, version, scene hash, length; the checksum follows.
 const HEADER: usize = 28;
 
@@ -134,7 +134,9 @@ fn is_sound(model: &Model) -> bool {
         let cells = u64::from(of.divisions) * u64::from(of.divisions);
         cells > 0 && u64::from(of.first) + cells <= k as u64
     });
-    let counted = model.connections.counts.iter().all(|n| (1..=MAX_CONNECTIONS).contains(n));
+    let first = model.first_connections.map(|first| first.count);
+    let counted =
+        model.connections.counts.into_iter().chain(first).all(|n| (1..=MAX_CONNECTIONS).contains(&n));
     let weighed = model.connections.shares.iter().all(|share| *share > 0.0 && share.is_finite());
     // What has no chance would lose its light.
     let positive = |all: &[f32]| all.iter().all(|p| *p > 0.0 && *p <= 1.0);
@@ -156,7 +158,7 @@ fn encode(model: &Model) -> Vec<u8> {
     out.u32s(&[s.optimiser as u32, s.max_steps]);
     out.u32s(&model.connections.counts);
     out.u32s(&model.connections.shares.map(f32::to_bits));
-    out.u32s(&[u32::from(model.connections.thinning)]);
+    out.u32s(&[model.connections.thinning, model.connections.adapts].map(u32::from));
     out.u64(model.seed);
     out.u32(model.subspaces);
     for tree in [&model.eye_tree, &model.light_tree] {
@@ -178,6 +180,11 @@ fn encode(model: &Model) -> Vec<u8> {
     out.u32(u32::from(model.guide.is_some()));
     if let Some(guide) = &model.guide {
         guide.cells.iter().chain(&guide.picks).for_each(|x| out.u32(x.to_bits()));
+    }
+    // None has no connections.
+    out.u32(model.first_connections.map_or(0, |first| first.count));
+    if let Some(first) = &model.first_connections {
+        out.f64s(&[first.variance, first.cost]);
     }
 
     let report = &model.report;
@@ -227,6 +234,10 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
             picks: from.list(sources.len(), 4, Reader::f32)?,
         }),
     };
+    let first_connections = match from.u32()? {
+        0 => None,
+        count => Some(FirstConnections { count, variance: from.f64()?, cost: from.f64()? }),
+    };
 
     let mut report = TrainingReport::default();
     for count in count_fields(&mut report.counts) {
@@ -260,6 +271,7 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
         gamma,
         q,
         guide,
+        first_connections,
         report,
     })
 }
@@ -280,7 +292,7 @@ fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
     let max_steps = from.u32()?;
     let counts = [from.u32()?, from.u32()?, from.u32()?];
     let shares = [from.f32()?, from.f32()?, from.f32()?, from.f32()?];
-    let connections = Connections { counts, shares, thinning: from.u32()? != 0 };
+    let connections = Connections { counts, shares, thinning: from.u32()? != 0, adapts: from.u32()? != 0 };
     let seed = from.u64()?;
     let settings = Settings {
         subspaces,

@@ -26,7 +26,7 @@ mod train;
 mod training;
 pub mod tree;
 
-pub use connections::{Connections, MAX_CONNECTIONS};
+pub use connections::{Connections, FirstConnections, MAX_CONNECTIONS};
 pub use error::SubspaceError;
 pub use guide::LightGuide;
 pub use judge::relative_loss;

@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::connections::Connections;
+use super::connections::{Connections, FirstConnections};
 use super::gamma::{Loss, Tried};
 use super::guide::LightGuide;
 use super::settings::Settings;
@@ -38,6 +38,8 @@ pub struct Model {
     pub q: Vec<f32>,
     /// Where light paths go; `None` where that is worth nothing.
     pub guide: Option<LightGuide>,
+    /// `None`: as many as it was trained for.
+    pub first_connections: Option<FirstConnections>,
     pub report: TrainingReport,
 }
 
@@ -76,6 +78,7 @@ impl Model {
             gamma: vec![1.0],
             q: vec![1.0],
             guide,
+            first_connections: None,
             report: TrainingReport::default(),
         }
     }

@@ -153,6 +153,7 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
         gamma,
         q,
         guide,
+        first_connections: None,
         report,
     })
 }

@@ -14,13 +14,15 @@ use crate::math::statistics::{geometric_mean, mean};
 use crate::subspace::{self, LightSample, Model, TrainingSet};
 
 use super::TrainingError;
+use super::first_connections::FirstConnectionsTrial;
 use super::options::{DEFAULT_ROUNDS, LONG_RENDER_ROUNDS, MOST_ROUNDS};
-use super::records::{Records, light_features, light_sample};
+use super::records::{Records, light_features, light_sample, pixel_of};
 use super::task::{
     Clock, LIGHT_PATHS, TrainingProgress, TrainingResult, TrainingTask, WarmStart, training_batch,
 };
 use crate::integrator::bidirectional::{Bidirectional, Purpose};
-use crate::integrator::{Choice, Integrator as _, Method, Settings, SpcBpt, View};
+use crate::integrator::wavefront::total;
+use crate::integrator::{Choice, Connections, Integrator as _, Method, Settings, SpcBpt, View};
 
 /// Camera paths of an iteration at most: a small picture of the whole teaches as much as a large one.
 const PATHS_AN_ITERATION: u32 = 1 << 14;
@@ -79,6 +81,7 @@ pub(super) struct Trainer {
     samples_kernel: Kernel,
     records: Records,
     set: TrainingSet,
+    first_connections: FirstConnectionsTrial,
     lights: Arc<Vec<LightSample>>,
     light_paths: u32,
     camera_paths: u64,
@@ -94,7 +97,8 @@ impl Trainer {
         let TrainingTask { context, scene, camera, settings, training, .. } = task;
         let settings = small(settings);
         let light_paths = settings.view.region().pixels();
-        let connections = task.connections();
+        // Paths say how dense they are by these, all through.
+        let connections = Connections { adapts: false, ..task.connections() };
         let method =
             Method::SpcBpt(SpcBpt { light_paths: Some(light_paths), connections, light_tracing: false });
         let settings = Settings { method, ..settings };
@@ -110,11 +114,18 @@ impl Trainer {
         let tiny = integrator.wavefront.tiny_batch();
         integrator.find_paths(context, &tiny, 1)?;
         integrator.wavefront.reset(context)?;
+        let batch = training_batch(&integrator.wavefront, 0);
+        let tile_of = |path| {
+            let [x, y] = pixel_of(&batch, path);
+            set.tile_of(x, y)
+        };
+        let tiles = (0..batch.pixel_count).map(tile_of).collect();
         Ok(Self {
             integrator,
             samples_kernel,
             records,
             set,
+            first_connections: FirstConnectionsTrial::new(tiles),
             lights: Arc::default(),
             light_paths: 0,
             camera_paths: 0,
@@ -276,12 +287,18 @@ impl Trainer {
         loop {
             self.records.clear(context, &self.integrator.wavefront)?;
             let counts = self.integrator.find_paths(context, &batch, paths)?;
+            let after = self.integrator.wavefront.counts(context)?;
             let features = self.cache(task, counts.light_vertices)?;
             let wavefront = &mut self.integrator.wavefront;
             match self.records.take(context, wavefront, &batch, &features, &connections, &mut self.set)? {
                 None => {
                     self.take_lights(&features, paths);
                     self.camera_paths += u64::from(batch.pixel_count * batch.sample_count);
+                    // Before there is anything to choose by, more is left to chance than in the render.
+                    if iteration > 1 {
+                        let rays = total(after.closest_total) - total(counts.closest_total);
+                        self.first_connections.take(&self.records.light, rays, self.records.connecting);
+                    }
                     return Ok(first..self.set.paths().len());
                 }
                 Some(needed) => {
@@ -307,7 +324,8 @@ impl Trainer {
 
     fn learn(&mut self, task: &TrainingTask) -> Result<(), TrainingError> {
         let input = task.input(&self.set, &self.lights, self.light_paths);
-        let model = self.clock.learn(|| task.fit(&input))?;
+        let first_connections = self.first_connections.wanted(task.connections().counts[0]);
+        let model = self.clock.learn(|| task.fit(&input, first_connections))?;
         self.before = Some(std::mem::replace(&mut self.model, model));
         self.integrator.set_model(&task.context, &self.model)?;
         Ok(())

@@ -2,6 +2,7 @@
 //! is `subspace`'s.
 
 mod error;
+mod first_connections;
 mod guided;
 mod online;
 mod options;

@@ -66,7 +66,7 @@ pub(super) fn train(
     let lights = light_samples(context, &mut bidirectional, &mut go_on)?;
     go_on(TrainingProgress::Fitting)?;
     let input = task.input(&set, &lights, LIGHT_PATHS);
-    let model = clock.learn(|| task.fit(&input))?;
+    let model = clock.learn(|| task.fit(&input, None))?;
     Ok(clock.result(model, camera_paths))
 }
 

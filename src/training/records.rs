@@ -6,6 +6,7 @@ use crate::device::layout::{Batch, LightFeature, THINNING_UNITS, TrainingEnd, Tr
 use crate::device::{Context, DeviceError, Kernel};
 use crate::subspace::{Connections, Feature, LightEnd, LightSample, TrainingNode, TrainingPath, TrainingSet};
 
+use super::first_connections::PathLight;
 use crate::integrator::wavefront::{Size, Stage, Wavefront};
 
 /// In the place of a light vertex: the path ends at a point on a light that is not in the cache.
@@ -14,6 +15,9 @@ const NO_LIGHT_VERTEX: u32 = u32::MAX;
 /// Room for records, which grows where it is too little.
 pub(super) struct Records {
     capacity: u32,
+    /// Of those that were taken last, the light of each path, and how many first vertices connect.
+    pub light: Vec<PathLight>,
+    pub connecting: f64,
 }
 
 impl Records {
@@ -23,7 +27,7 @@ impl Records {
     /// A buffer that does not fit.
     pub fn new(context: &Context, wavefront: &mut Wavefront, capacity: u32) -> Result<Self, DeviceError> {
         wavefront.make_room_for_records(context, capacity)?;
-        Ok(Self { capacity })
+        Ok(Self { capacity, light: Vec::new(), connecting: 0.0 })
     }
 
     /// Forgets what was written.
@@ -37,7 +41,7 @@ impl Records {
     /// Adds the paths that found light to the set; `lights`: the light cache, where they end in it; `connections`: of the
     /// render to come. How much room would have been needed, where not all fitted: then nothing is added.
     pub fn take(
-        &self,
+        &mut self,
         context: &Context,
         wavefront: &Wavefront,
         batch: &Batch,
@@ -55,7 +59,9 @@ impl Records {
             wavefront.buffers.read_elements(context, "training_vertices", counts[0])?;
         let ends: Vec<TrainingEnd> = wavefront.buffers.read_elements(context, "training_ends", counts[1])?;
         let visible: Vec<[f32; 4]> = wavefront.buffers.read_elements(context, "radiance", counts[1])?;
-        gather(batch, &vertices, ends, &visible, lights, connections, set);
+        self.light = gather(batch, &vertices, ends, &visible, lights, connections, set);
+        let first = |vertex: &&TrainingVertex| vertex.depth_thinning & 0xffff == 0;
+        self.connecting = vertices.iter().filter(first).map(thinning).sum();
         Ok(None)
     }
 }
@@ -93,7 +99,7 @@ fn light_end(feature: &LightFeature) -> LightEnd {
     }
 }
 
-/// From records, which come in any order, to paths in the order of their pixels.
+/// From records, which come in any order, to paths in the order of their pixels; returns the light of each eye path.
 fn gather(
     batch: &Batch,
     records: &[TrainingVertex],
@@ -102,7 +108,7 @@ fn gather(
     lights: &[LightFeature],
     connections: &Connections,
     set: &mut TrainingSet,
-) {
+) -> Vec<PathLight> {
     // The vertices of a path have all depths from 0 on, each once.
     let mut first_of = vec![0; (batch.pixel_count * batch.sample_count) as usize + 1];
     for vertex in records {
@@ -122,8 +128,10 @@ fn gather(
         .map(|(end, _)| end)
         .collect();
     ends.sort_unstable_by_key(|end| {
-        (end.path, end.depth_sampled & 0xffff, end.depth_sampled >> 16, end.vertex)
+        let number = end.depth_sampled >> 16;
+        (end.path, end.depth_sampled & 0xffff, number > 0, end.vertex, number)
     });
+    let mut light = vec![PathLight::default(); first_of.len() - 1];
     let mut nodes = Vec::new();
     for end in &ends {
         let first = first_of[end.path as usize];
@@ -135,9 +143,12 @@ fn gather(
             NO_LIGHT_VERTEX => end.p0,
             vertex => light_side(end, vertex as usize, lights, connections, &mut nodes),
         };
-        let pixel = batch.first_pixel + end.path % batch.pixel_count;
-        let x = batch.crop_x + batch.crop_stride * (pixel % batch.crop_width);
-        let y = batch.crop_y + batch.crop_stride * (pixel / batch.crop_width);
+        let (depth, number) = (end.depth_sampled & 0xffff, end.depth_sampled >> 16);
+        match number.checked_sub(1).filter(|_| depth == 0 && end.vertex != NO_LIGHT_VERTEX) {
+            Some(number) => light[end.path as usize].add_first(number, end.contribution),
+            None => light[end.path as usize].add(end.contribution),
+        }
+        let [x, y] = pixel_of(batch, end.path);
         // The cache's places are those of an iteration.
         let first = lights.get(end.vertex as usize).map_or(0, |y| end.vertex - y.depth);
         let path = TrainingPath {
@@ -145,13 +156,28 @@ fn gather(
             contribution: end.contribution,
             share: end.share,
             p0: p0 * connections.hit_scale(),
-            eye_edges: (end.depth_sampled & 0xffff) + 1,
+            eye_edges: depth + 1,
             light_path: u64::from(batch.first_sample) << 32 | u64::from(first),
         };
         // Paths that share their eye's part tell much the same.
         let group = batch.first_sample.wrapping_mul(0x9e37_79b9).wrapping_add(batch.first_pixel + end.path);
         set.push_path(group, path, &nodes);
     }
+    light
+}
+
+/// Where a path of a batch is in the picture.
+pub(super) fn pixel_of(batch: &Batch, path: u32) -> [u32; 2] {
+    let pixel = batch.first_pixel + path % batch.pixel_count;
+    [
+        batch.crop_x + batch.crop_stride * (pixel % batch.crop_width),
+        batch.crop_y + batch.crop_stride * (pixel / batch.crop_width),
+    ]
+}
+
+/// The part of its connections that a vertex makes; 0 of a delta vertex.
+fn thinning(vertex: &TrainingVertex) -> f64 {
+    f64::from(vertex.depth_thinning >> 16) / f64::from(THINNING_UNITS)
 }
 
 /// The connections that could have made the path x_1 .. x_{n-1}, x_n, one for each of its edges between surfaces or to a
@@ -165,7 +191,6 @@ fn eye_side(
 ) {
     let color = |c: [f32; 3]| Vec3::from(c).as_dvec3();
     let is_delta = |vertex: &TrainingVertex| vertex.depth_thinning >> 16 == 0;
-    let thinning = |vertex: &TrainingVertex| (vertex.depth_thinning >> 16) as f32 / THINNING_UNITS as f32;
     let sampled = end.depth_sampled >> 16 != 0;
     // f_y of the light sub-path that ends at x_{j+1}, times PE(j) over p; from the light to the eye.
     let mut arriving = color(end.emitted);
@@ -186,7 +211,7 @@ fn eye_side(
             light,
             towards: towards_light(vertices, j, end),
             mass: if connects {
-                arriving.element_sum() as f32 * connections.scale_at(j) * thinning(vertex)
+                arriving.element_sum() as f32 * connections.scale_at(j) * thinning(vertex) as f32
             } else {
                 0.0
             },

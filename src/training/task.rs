@@ -11,7 +11,7 @@ use crate::device::scene::DeviceScene;
 use crate::integrator::{Choice, Settings, Wavefront};
 use crate::math::rng::seed_key;
 use crate::subspace::settings::MOST_FOLLOWED;
-use crate::subspace::{self, Connections, LightSample, Model, TrainingInput, TrainingSet};
+use crate::subspace::{self, Connections, FirstConnections, LightSample, Model, TrainingInput, TrainingSet};
 
 /// Light paths for Q. Five times as many lower the error of a picture by less than a hundredth.
 pub(super) const LIGHT_PATHS: u32 = 200_000;
@@ -128,12 +128,17 @@ impl TrainingTask {
         }
     }
 
-    /// Learns a model.
+    /// Learns a model, which wants so many connections of first vertices.
     ///
     /// # Errors
     /// Settings out of range, no light.
-    pub(super) fn fit(&self, input: &TrainingInput) -> Result<Arc<Model>, TrainingError> {
-        Ok(Arc::new(subspace::train(input, self.training.settings.clone())?))
+    pub(super) fn fit(
+        &self,
+        input: &TrainingInput,
+        first_connections: Option<FirstConnections>,
+    ) -> Result<Arc<Model>, TrainingError> {
+        let model = subspace::train(input, self.training.settings.clone())?;
+        Ok(Arc::new(Model { first_connections, ..model }))
     }
 }
 

@@ -160,6 +160,7 @@ fn random_model(features: &[[Feature; 2]], lights: usize, direction: bool, rando
         gamma,
         q,
         guide: None,
+        first_connections: None,
         report: TrainingReport::default(),
     }
 }

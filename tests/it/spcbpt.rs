@@ -7,14 +7,14 @@ use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
 use halfway::scene::builtin::builtin;
 use halfway::subspace::guide::{GUIDE_CELLS, even_cells};
-use halfway::subspace::{LightGuide, Model, Settings, SourceLabels, Tree};
+use halfway::subspace::{FirstConnections, LightGuide, Model, Settings, SourceLabels, Tree};
 use halfway::training::{Training, When};
 
 use crate::bidirectional::{SIZE, assert_options_same_as_path, cornell_by_path, mean, renders};
 use crate::frozen_paths_subspaces::dark_glass;
 use crate::gpu;
 use crate::random::Stream;
-use crate::shots::options;
+use crate::shots::{options, render};
 use crate::stats::{FAMILY_ALPHA, Moments, assert_equal_tiles, tile_means, welch_p};
 
 fn method(light_paths: u32, connections: u32, light_tracing: bool) -> Method {
@@ -67,15 +67,19 @@ fn nonsense(model: &Model, random: &mut Stream) -> Model {
         let sum: f32 = row.iter().sum();
         row.iter_mut().for_each(|share| *share /= sum);
     }
+    // More than are in flight, and fewer.
+    let count = 1 + random.word() % 7;
+    model.first_connections = Some(FirstConnections { count, variance: 0.5, cost: 0.5 });
     model
 }
 
-/// Few connections, but not as many everywhere, and any shares.
+/// Few connections, but not as many everywhere, and any shares; of first vertices as many as the model wants.
 fn uneven(random: &mut Stream) -> Connections {
     Connections {
         counts: [3, 1, 2],
         shares: [(); 4].map(|()| 4f32.powf(2.0 * random.f32() - 1.0)),
         thinning: true,
+        adapts: true,
     }
 }
 
@@ -132,12 +136,32 @@ fn c09_any_number_of_connections_agrees_with_path() {
     }
 }
 
+/// First vertices have as many connections as the model wants, unless they are said by hand.
+#[test]
+fn first_vertices_have_as_many_connections_as_the_model_wants() {
+    let (scene, model) = cornell();
+    let first = FirstConnections { count: 3, variance: 0.1, cost: 0.4 };
+    let model = Arc::new(Model { first_connections: Some(first), ..model.clone() });
+    let shot = |adapts| {
+        let connections = Connections { adapts, ..SpcBpt::CONNECTIONS };
+        let shot = render(scene, spcbpt(connecting(500, connections, false), 4, Some(model.clone())));
+        let choice = shot.report.choices.iter().find(|choice| choice.what == "connections").cloned();
+        (shot.report.rays.occlusion, choice)
+    };
+    let ((few, chosen), (many, said)) = (shot(true), shot(false));
+    let chosen = chosen.expect("a choice");
+    assert_eq!((chosen.value.as_str(), said), ("3,2,1", None), "{chosen:?}");
+    assert_eq!(chosen.reason, "9 of each first vertex leave 10 % of the variance and are 40 % of the work");
+    assert!(many > few * 3 / 2, "{few} {many}");
+}
+
 /// Light that reaches the camera knows what second eye vertices would have made of it: weights that take them for deeper ones
 /// count it twice.
 #[test]
 fn c09_light_at_the_camera_knows_second_vertices() {
     let (scene, model) = cornell();
-    let connections = Connections { counts: [3, 2, 1], shares: [1.0, 500.0, 1.0, 1.0], thinning: true };
+    let connections =
+        Connections { counts: [3, 2, 1], shares: [1.0, 500.0, 1.0, 1.0], thinning: true, adapts: false };
     let options = spcbpt(connecting(2000, connections, true), 8, Some(Arc::new(model.clone())));
     assert_options_same_as_path(scene, &options);
 }

@@ -146,7 +146,8 @@ impl Bidirectional {
                 true => counts.longest_light_path.max(1),
                 false => self.plan.connections.counts[depth],
             };
-            let in_flight = self.plan.connections.in_flight();
+            // What the kernels have slots for, however many a model wants.
+            let in_flight = self.set_connections().in_flight();
             let mut stages = vec![Stage::new(&self.wavefront.closest_hit[parity], Size::Paths)];
             if let Some(labels) = self.subspaces.as_ref().and_then(|subspaces| subspaces.labels.as_ref()) {
                 stages.push(Stage::new(&labels[parity], Size::Paths));

@@ -18,7 +18,7 @@ use crate::device::layout::{Camera, SAMPLES_A_GROUP};
 use crate::device::scene::DeviceScene;
 use crate::device::{Context, DeviceError};
 use crate::film::Region;
-use crate::subspace::Model;
+use crate::subspace::{Connections, FirstConnections, Model};
 
 use super::wavefront::{Form, Wavefront};
 use super::{Choice, FirstSubspaces, Integrator, LightPaths, Plan, Settings, Weights};
@@ -51,6 +51,8 @@ pub(crate) struct Bidirectional {
     iteration: u32,
     /// There may be several of them.
     samples_share: bool,
+    /// Of first vertices' connections, what the model wants.
+    first_connections: Option<FirstConnections>,
     /// Of connections by depth, then of light that is hit: [`Plan::density_scales`].
     density_scales: [f32; 4],
     /// In the cache, on average; 0 where it is not known.
@@ -144,6 +146,7 @@ impl Bidirectional {
                 && plan.record_share().is_none()
                 && !settings.view.independent
                 && purpose == Purpose::Picture,
+            first_connections: None,
             // Unless the pilot knows better.
             density_scales: plan.density_scales(1.0),
             vertices_per_path: 0.0,
@@ -158,6 +161,9 @@ impl Bidirectional {
             cached_paths: 0,
             stages: Stages::default(),
         };
+        if let Some(model) = model {
+            integrator.adapt_to(model);
+        }
         integrator.divide(context);
         integrator.make_cache(context, integrator.first_vertices(context))?;
         if lights && plan.shares_cache() && purpose == Purpose::Picture {
@@ -173,6 +179,22 @@ impl Bidirectional {
             integrator.choose_splat_scale(context)?;
         }
         Ok(integrator)
+    }
+
+    /// Connections as the settings have them, whatever a model wants.
+    fn set_connections(&self) -> Connections {
+        self.wavefront.settings.method.plan().connections
+    }
+
+    /// First vertices have as many connections as this model wants, if that is left to it.
+    fn adapt_to(&mut self, model: &Model) {
+        let set = self.set_connections();
+        if !set.adapts {
+            return;
+        }
+        self.first_connections = model.first_connections;
+        self.plan.connections.counts[0] = model.first_connections.map_or(set.counts[0], |first| first.count);
+        self.density_scales = self.plan.density_scales(1.0);
     }
 
     /// How many light paths there are, and how many samples share them.
@@ -320,6 +342,7 @@ impl Integrator for Bidirectional {
         if let Some(subspaces) = &mut self.subspaces {
             subspaces.upload(context, &mut self.wavefront, model)?;
             self.wavefront.light_at_hand = None;
+            self.adapt_to(model);
             self.bind(context)?;
         }
         Ok(())
@@ -339,6 +362,10 @@ impl Integrator for Bidirectional {
                     _ => format!("{per_pixel} for each sample of a pixel"),
                 };
                 choices.push(Choice::new("light paths at a time", self.light_paths, reason));
+            }
+            if let Some(first) = &self.first_connections {
+                let reason = first.reason(self.set_connections().counts[0]);
+                choices.push(Choice::new("connections", self.plan.connections.counts_text(), reason));
             }
             if self.records.is_none() {
                 let reason = match self.wavefront.settings.view.independent {

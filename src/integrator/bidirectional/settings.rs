@@ -75,7 +75,7 @@ impl LvcBpt {
 impl SpcBpt {
     /// Connections where none are asked for: docs/measurements.md, Connections and shares by depth.
     pub const CONNECTIONS: Connections =
-        Connections { counts: [9, 2, 1], shares: [3.0, 2.0, 1.0, 4.0], thinning: true };
+        Connections { counts: [9, 2, 1], shares: [3.0, 2.0, 1.0, 4.0], thinning: true, adapts: true };
 }
 
 impl PcBpt {
