@@ -241,8 +241,8 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
         (
             "first connections",
             match &model.first_connections {
-                Some(first) => format!("{}: {}", first.count, first.reason(model.connections.counts[0])),
-                None => "as it was learnt for: too little was found to tell how many are worth it".into(),
+                Some(first) => format!("{}: {}", first.count, first.reason()),
+                None => "as many as the render has: the model does not say how many are worth it".into(),
             },
         ),
         ("learnt for", format!("{}, uniform share {}", model.connections, settings.uniform_share)),

@@ -46,7 +46,13 @@ impl Renderer {
         if let Some(halves) = &mut self.halves {
             halves.first.settle();
         }
+        if let Some(factor) = self.variance_by_first_connections(&model) {
+            self.weigh_samples(factor);
+        }
         self.integrator.set_model(&self.context, &model)?;
+        let choices = self.integrator.choices();
+        self.report.choices.retain(|old| choices.iter().all(|new| new.what != old.what));
+        self.report.choices.extend(choices);
         self.report.training = Some(model.report.clone());
         self.report.round_samples.push(self.samples);
         self.model = Some(model);
@@ -55,10 +61,24 @@ impl Renderer {
 
     /// The loss by the model of now, over that by the one before.
     pub fn weigh_earlier(&mut self, loss: f64) {
-        self.sums.weigh_earlier(loss);
-        if let Some(halves) = &mut self.halves {
-            halves.first.weigh_earlier(loss);
-        }
+        self.weigh_samples(loss);
         self.report.round_losses.push(loss);
+    }
+
+    /// The variance of a sample from now on over that of those before is so much.
+    fn weigh_samples(&mut self, factor: f64) {
+        self.sums.weigh_earlier(factor);
+        if let Some(halves) = &mut self.halves {
+            halves.first.weigh_earlier(factor);
+        }
+    }
+
+    /// What another number of first vertices' connections does to the variance, beside the loss, which is of one number.
+    fn variance_by_first_connections(&self, model: &Model) -> Option<f64> {
+        let adapts = self.options.method.plan().connections.adapts;
+        let now = model.first_connections.filter(|_| adapts)?;
+        let before = self.model.as_ref().and_then(|model| model.first_connections);
+        let before = before.map_or(now.made, |first| first.count);
+        Some(now.variance_with(now.count) / now.variance_with(before))
     }
 }

@@ -27,17 +27,24 @@ pub struct Connections {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FirstConnections {
     pub count: u32,
-    /// Share of a sample's variance, and of its work, that connections of first vertices have where they are as many as the
-    /// model was trained with.
+    /// As many as first vertices had while it was learnt; then their connections have this share of a sample's variance, and
+    /// of its work.
+    pub made: u32,
     pub variance: f64,
     pub cost: f64,
 }
 
 impl FirstConnections {
-    /// Why there are so many, where it was learnt with `made`.
-    pub fn reason(&self, made: u32) -> String {
+    /// The variance of a sample with so many, over that with as many as were made.
+    pub fn variance_with(&self, count: u32) -> f64 {
+        1.0 + self.variance * (f64::from(self.made) / f64::from(count) - 1.0)
+    }
+
+    /// Why there are so many.
+    pub fn reason(&self) -> String {
         format!(
-            "{made} of each first vertex leave {:.0} % of the variance and are {:.0} % of the work",
+            "{} of each first vertex leave {:.0} % of the variance and are {:.0} % of the work",
+            self.made,
             100.0 * self.variance,
             100.0 * self.cost
         )

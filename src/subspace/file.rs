@@ -134,7 +134,7 @@ fn is_sound(model: &Model) -> bool {
         let cells = u64::from(of.divisions) * u64::from(of.divisions);
         cells > 0 && u64::from(of.first) + cells <= k as u64
     });
-    let first = model.first_connections.map(|first| first.count);
+    let first = model.first_connections.iter().flat_map(|first| [first.count, first.made]);
     let counted =
         model.connections.counts.into_iter().chain(first).all(|n| (1..=MAX_CONNECTIONS).contains(&n));
     let weighed = model.connections.shares.iter().all(|share| *share > 0.0 && share.is_finite());
@@ -184,6 +184,7 @@ fn encode(model: &Model) -> Vec<u8> {
     // None has no connections.
     out.u32(model.first_connections.map_or(0, |first| first.count));
     if let Some(first) = &model.first_connections {
+        out.u32(first.made);
         out.f64s(&[first.variance, first.cost]);
     }
 
@@ -236,7 +237,9 @@ fn decode(from: &mut Reader, scene_hash: u64) -> Option<Model> {
     };
     let first_connections = match from.u32()? {
         0 => None,
-        count => Some(FirstConnections { count, variance: from.f64()?, cost: from.f64()? }),
+        count => {
+            Some(FirstConnections { count, made: from.u32()?, variance: from.f64()?, cost: from.f64()? })
+        }
     };
 
     let mut report = TrainingReport::default();

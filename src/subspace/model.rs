@@ -38,7 +38,7 @@ pub struct Model {
     pub q: Vec<f32>,
     /// Where light paths go; `None` where that is worth nothing.
     pub guide: Option<LightGuide>,
-    /// `None`: as many as it was trained for.
+    /// `None`: as many as the render has.
     pub first_connections: Option<FirstConnections>,
     pub report: TrainingReport,
 }

@@ -71,16 +71,25 @@ fn choices_are_said() {
     );
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(case.path("render.json")).expect("a report")).expect("JSON");
-    assert_eq!(report["choices"].as_array().map(Vec::len), Some(6), "{report}");
+    assert_eq!(report["choices"].as_array().map(Vec::len), Some(7), "{report}");
     assert_eq!(report["round_losses"].as_array().map(Vec::len), Some(1), "{report}");
     let run = case.run(&format!("{RENDER} --train-paths 900 --light-paths 99 --subspaces 5"));
     run.assert(0, &["samples that share light paths 8 ("]);
-    assert_eq!(run.said.matches("chosen: ").count(), 3, "{}", run.said);
+    assert_eq!(run.said.matches("chosen: ").count(), 4, "{}", run.said);
     // The number of rounds makes a render's own learning that of `train`, whatever its budget.
     case.run("train builtin:cornell --size 32x32 --rounds 2 --seed 3").assert(0, &["chosen: rounds 2"]);
-    case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[]);
+    let unsaid = "connections 9,2,1 (the model does not say how many are worth it, which takes three rounds)";
+    case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[unsaid]);
     case.run(&format!("{RENDER} --rounds 2 -o by-itself.exr")).assert(0, &[]);
     assert_eq!(case.picture("by-model.exr").rgb, case.picture("by-itself.exr").rgb);
+    // Three rounds tell how many connections first vertices are worth. None are chosen where a number is named.
+    let worth = "9 of each first vertex leave ";
+    case.run("train builtin:cornell --size 32x32 --rounds 3 --seed 3").assert(0, &["chosen: rounds 3"]);
+    case.run("info builtin:cornell --model cornell.model").assert(0, &["first connections", worth]);
+    case.run(&format!("{RENDER} --model cornell.model")).assert(0, &["chosen: connections ", worth]);
+    let run = case.run(&format!("{RENDER} --model cornell.model --connections 9,2,1"));
+    run.assert(0, &[]);
+    assert!(!run.said.contains("chosen: connections"), "{}", run.said);
 }
 
 #[test]

@@ -20,8 +20,9 @@ fn renderer(scene: &Scene, seed: u64) -> Renderer {
     let settings = Settings::default();
     let training =
         Training { settings, when: Some(When::Meanwhile), ..Training::default() }.with_rounds(ROUNDS);
-    let method =
-        Method::SpcBpt(SpcBpt { light_paths: None, connections: Connections::even(2), light_tracing: false });
+    // First vertices have more or fewer as soon as that is known.
+    let connections = Connections { counts: [3, 2, 2], adapts: true, ..Connections::even(2) };
+    let method = Method::SpcBpt(SpcBpt { light_paths: None, connections, light_tracing: false });
     let options =
         RenderOptions { view: View { seed, ..options(SIZE, 8).view }, method, training, ..options(SIZE, 8) };
     Renderer::new(gpu::context(), scene, options).expect("a renderer")

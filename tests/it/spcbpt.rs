@@ -69,7 +69,7 @@ fn nonsense(model: &Model, random: &mut Stream) -> Model {
     }
     // More than are in flight, and fewer.
     let count = 1 + random.word() % 7;
-    model.first_connections = Some(FirstConnections { count, variance: 0.5, cost: 0.5 });
+    model.first_connections = Some(FirstConnections { count, made: 3, variance: 0.5, cost: 0.5 });
     model
 }
 
@@ -140,7 +140,7 @@ fn c09_any_number_of_connections_agrees_with_path() {
 #[test]
 fn first_vertices_have_as_many_connections_as_the_model_wants() {
     let (scene, model) = cornell();
-    let first = FirstConnections { count: 3, variance: 0.1, cost: 0.4 };
+    let first = FirstConnections { count: 3, made: 9, variance: 0.1, cost: 0.4 };
     let model = Arc::new(Model { first_connections: Some(first), ..model.clone() });
     let shot = |adapts| {
         let connections = Connections { adapts, ..SpcBpt::CONNECTIONS };

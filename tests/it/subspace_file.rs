@@ -1,7 +1,7 @@
 //! Models on disk: whole, or refused with advice.
 
 use halfway::subspace::guide::even_cells;
-use halfway::subspace::{LightGuide, Model, Optimiser, Settings, SubspaceError};
+use halfway::subspace::{FirstConnections, LightGuide, Model, Optimiser, Settings, SubspaceError};
 
 use crate::subspace_data::data;
 
@@ -18,7 +18,8 @@ fn model() -> Model {
         .guide
         .get_or_insert_with(|| LightGuide { cells: even_cells(20), picks: vec![0.1; model.sources.len()] });
     // A seed that needs more than 32 bits.
-    Model { seed: 1 << 40, ..model }
+    let first_connections = Some(FirstConnections { count: 15, made: 9, variance: 0.3, cost: 0.4 });
+    Model { seed: 1 << 40, first_connections, ..model }
 }
 
 /// What reading the file gives when its bytes were changed like that.
@@ -78,6 +79,7 @@ fn models_cut_off_or_damaged_are_refused() {
         |model: &mut Model| model.sources[0].first = 20,
         |model: &mut Model| model.gamma.truncate(399),
         |model: &mut Model| model.connections.shares[1] = 0.0,
+        |model: &mut Model| model.first_connections.as_mut().expect("a number").count = 65,
         |model: &mut Model| model.guide.as_mut().expect("a guide").cells[70] = 0.0,
     ] {
         let mut spoilt = model.clone();

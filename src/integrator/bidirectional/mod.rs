@@ -363,8 +363,11 @@ impl Integrator for Bidirectional {
                 };
                 choices.push(Choice::new("light paths at a time", self.light_paths, reason));
             }
-            if let Some(first) = &self.first_connections {
-                let reason = first.reason(self.set_connections().counts[0]);
+            if self.plan.connections.adapts && self.subspaces.is_some() {
+                let reason = match &self.first_connections {
+                    Some(first) => first.reason(),
+                    None => "the model does not say how many are worth it, which takes three rounds".into(),
+                };
                 choices.push(Choice::new("connections", self.plan.connections.counts_text(), reason));
             }
             if self.records.is_none() {
