@@ -13,6 +13,12 @@
 // Veach 1997, chapter 9 (multiple importance sampling, balance heuristic). Both densities of a direction carry
 // the roulette of the surface they leave.
 
+/// From so many surfaces on, paths end sooner where nothing but delta lobes is: what is caught in clear glass brings
+/// nothing, and all others of its batch wait for it. Shorter ones would be noise in what mirrors and glass show. (Where paths
+/// are weighed against light paths, roulette may know the vertex alone.)
+const CAUGHT_DEPTH: u32 = 16u;
+const CAUGHT_SURVIVAL: f32 = 0.95;
+
 /// Weight of a sample by balance heuristic: its own density against the other technique's.
 fn balance(pdf: f32, other: f32) -> f32 {
     // Divided first: the sum of two huge densities overflows.
@@ -95,14 +101,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let surface = point_surface(point);
     let frame = point_frame(point);
     let key = path_key(ray.path);
-    let survives = survival(surface);
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
+    var survives = survival(surface);
+    if is_delta && depth >= CAUGHT_DEPTH {
+        survives = min(survives, CAUGHT_SURVIVAL);
+    }
 
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));
     var bounce = shading_sample_direction(surface, frame, world_out, u.xyz, true);
     if u.w >= survives {
         bounce.pdf_solid = 0.0;
     }
-    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
 #if lights
     var sample: LightSample;
     if !is_delta {

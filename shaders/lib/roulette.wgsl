@@ -4,7 +4,7 @@
 // for sub-paths that were not traced, which every bidirectional weight needs.
 //
 // A path goes on with the probability that light does, so what it carries does not grow, and its noise is bounded as long as
-// light ends (at mirrors and clear glass where these take 1 % of it). Lower, q in place of the albedo r, it would have no bound in a room where r^2 > q.
+// light ends. Lower, q in place of the albedo r, it would have no bound in a room where r^2 > q.
 
 /// Least probability to go on.
 override ROULETTE_CAP: f32 = 0.3;
@@ -12,13 +12,10 @@ override ROULETTE_CAP: f32 = 0.3;
 const WHITE: f32 = 0.999755859375;
 /// Below one, so that a path between surfaces that absorb nothing ends as well.
 const WHITE_SURVIVAL: f32 = 0.99609375;
-/// Most where nothing can be connected: what is caught in clear glass brings nothing, and all others of its batch wait for it.
-const DELTA_SURVIVAL: f32 = 0.98;
 
 /// Probability that a path goes on from a vertex.
 fn survival(surface: Surface) -> f32 {
     let albedo = bsdf_albedo(surface);
-    let most = select(1.0, max(DELTA_SURVIVAL, ROULETTE_CAP), (surface.flags & SURFACE_DELTA) != 0u);
-    let kept = min(max(max(albedo.x, max(albedo.y, albedo.z)), ROULETTE_CAP), most);
+    let kept = max(max(albedo.x, max(albedo.y, albedo.z)), ROULETTE_CAP);
     return select(kept, WHITE_SURVIVAL, kept > WHITE);
 }

@@ -22,7 +22,7 @@ pub struct PathArgs {
     max_depth: Option<u32>,
     #[arg(long, value_name = "Q", value_parser = parse_probability,
           help = format!("Least probability with which Russian roulette lets a path go on after a surface; where the \
-                          surface's albedo is larger, it is that, from mirrors and clear glass at most 0.98 (default: {DEFAULT_ROULETTE_CAP})"))]
+                          surface's albedo is larger, it is that (default: {DEFAULT_ROULETTE_CAP})"))]
     roulette_cap: Option<f32>,
 }
 

@@ -257,8 +257,7 @@ impl Point<'_> {
     /// [`Self::roulette`] as the renderer has it, whose paths always end: part of the densities that bidirectional
     /// weights are made of.
     pub fn survival(&self) -> f64 {
-        let most = if self.bsdf.delta { 0.98 } else { 1.0 };
-        let kept = self.bsdf.albedo().max_element().clamp(0.3, most);
+        let kept = self.bsdf.albedo().max_element().max(0.3);
         if kept > 1.0 - 1.0 / 4096.0 { 255.0 / 256.0 } else { kept }
     }
 
