@@ -13,12 +13,6 @@
 // Veach 1997, chapter 9 (multiple importance sampling, balance heuristic). Both densities of a direction carry
 // the roulette of the surface they leave.
 
-/// From so many surfaces on, paths end sooner where nothing but delta lobes is: what is caught in clear glass brings
-/// nothing, and all others of its batch wait for it. Shorter ones would be noise in what mirrors and glass show. (Where paths
-/// are weighed against light paths, roulette may know the vertex alone.)
-const CAUGHT_DEPTH: u32 = 16u;
-const CAUGHT_SURVIVAL: f32 = 0.95;
-
 /// Weight of a sample by balance heuristic: its own density against the other technique's.
 fn balance(pdf: f32, other: f32) -> f32 {
     // Divided first: the sum of two huge densities overflows.
@@ -103,8 +97,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let key = path_key(ray.path);
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     var survives = survival(surface);
-    if is_delta && depth >= CAUGHT_DEPTH {
-        survives = min(survives, CAUGHT_SURVIVAL);
+    if is_delta {
+        // Nothing weighs these paths against light paths: all surfaces count as of the row.
+        survives *= run_survival(depth);
     }
 
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));

@@ -17,6 +17,19 @@ const SUBPATH_INFINITE: u32 = 1u;
 const SUBPATH_DELTA: u32 = 2u;
 /// The ray leaves the camera.
 const SUBPATH_CAMERA: u32 = 4u;
+/// Five bits: delta vertices in a row up to the one that the ray leaves, the most for more.
+const SUBPATH_RUN_SHIFT: u32 = 3u;
+const SUBPATH_RUN_MOST: u32 = 31u;
+
+/// Delta vertices in a row before the one that a ray with these flags comes to.
+fn run_before(flags: u32) -> u32 {
+    return (flags >> SUBPATH_RUN_SHIFT) & SUBPATH_RUN_MOST;
+}
+
+/// Flags of a ray that leaves a delta vertex, to which it came with `flags`.
+fn delta_flags(flags: u32) -> u32 {
+    return SUBPATH_DELTA | (min(run_before(flags) + 1u, SUBPATH_RUN_MOST) << SUBPATH_RUN_SHIFT);
+}
 
 @group(1) @binding(8) var<storage, read_write> sub_paths_in: array<SubPath>;
 @group(1) @binding(9) var<storage, read_write> sub_paths_out: array<SubPath>;

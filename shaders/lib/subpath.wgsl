@@ -107,6 +107,16 @@ fn seen_unguided(vertex: PathVertex, nominal: f32) -> PathVertex {
     return seen;
 }
 
+/// Probability that a sub-path goes on from its vertex.
+fn path_survival(surface: Surface, vertex: PathVertex) -> f32 {
+#if lambert_only
+    return survival(surface);
+#else
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
+    return survival(surface) * select(1.0, run_survival(run_before(vertex.flags)), is_delta);
+#endif
+}
+
 /// Whether and how a sub-path goes on.
 struct Bounce {
     goes_on: bool,
@@ -130,7 +140,7 @@ fn next_sub_path(
         point.position,
         vertex_step(vertex, pdf_back_solid, is_delta),
         point.world_ng,
-        select(0u, SUBPATH_DELTA, is_delta) | thinning_flags(point.material),
+        select(0u, delta_flags(vertex.flags), is_delta) | thinning_flags(point.material),
     );
 }
 
@@ -154,7 +164,8 @@ fn sample_bounce(
     label: u32,
 ) -> Bounce {
     var bounce: Bounce;
-    let survives = survival(surface);
+    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
+    let survives = path_survival(surface, vertex);
     if u.w >= survives {
         return bounce;
     }
@@ -175,7 +186,6 @@ fn sample_bounce(
     if sample.pdf_solid == 0.0 {
         return bounce;
     }
-    let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     var weight = sample.weight;
     var pdf_solid = sample.pdf_solid;
     var pdf_back_solid = 0.0;

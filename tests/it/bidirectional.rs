@@ -12,6 +12,7 @@ use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, closed, shapes};
 use halfway::scene::{Material, Mesh, PunctualLight, Scene};
 
+use crate::closed_forms::pipe_of_mirrors;
 use crate::determinism::assert_same;
 use crate::gpu;
 use crate::judge::{grey, horizontal, lamp, scene};
@@ -218,6 +219,14 @@ fn c08_any_roulette_agrees_with_path() {
             ..options(SIZE, 4)
         };
         assert_options_same_as_path(&shown("cornell"), &options);
+    }
+}
+
+/// Rows of mirrors longer than roulette passes like any others: light paths and eye paths agree on how many end there.
+#[test]
+fn c08_a_pipe_of_mirrors_agrees_with_path() {
+    for method in [LIGHT, BDPT_T1, lvcbpt(1200, 1, true)] {
+        assert_same_as_path(&pipe_of_mirrors(60.0), method, 16);
     }
 }
 

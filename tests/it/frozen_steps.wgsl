@@ -28,7 +28,7 @@ fn turned_vertex(
 fn step_along(point: SurfacePoint, vertex: PathVertex, direction: vec3f, from_eye: bool) -> Step {
     let surface = point_surface(point);
     let frame = point_frame(point);
-    let survives = survival(surface);
+    let survives = path_survival(surface, vertex);
     if is_delta(point) {
         let reflects = (dot(direction, point.world_ng) > 0.0) == (dot(vertex.world_from, point.world_ng) > 0.0);
         let u = vec3f(0.5, 0.5, select(0.99999994, 0.0, reflects));

@@ -235,15 +235,17 @@ fn walk<'a>(
     from_eye: bool,
 ) -> Walk<'a> {
     let mut points = Vec::new();
+    let mut row = 0;
     while points.len() < limit {
         let Some((_, point)) = space.world.trace(&ray, || random.uniform()) else {
             return Walk { points, escaped: Some(ray.direction) };
         };
         points.push(point.clone());
         let world_from = -ray.direction;
-        if !point.scatters() || random.uniform() >= point.survival() {
+        if !point.scatters() || random.uniform() >= point.survival_after(row, space.caught_run) {
             break;
         }
+        row = if point.bsdf.delta { row + 1 } else { 0 };
         let u = [(); 3].map(|()| random.uniform());
         let Some(sample) = point.sample(world_from, u, from_eye) else { break };
         ray = Ray { origin: point.position, direction: sample.w };

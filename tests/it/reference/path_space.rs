@@ -196,6 +196,8 @@ pub struct PathSpace<'a> {
     pub disc_radius: f64,
     /// Radiance of the environment, where it is not the judge's own.
     pub sky_radiance: Option<Radiance>,
+    /// Delta surfaces in a row that paths pass like any others.
+    pub caught_run: usize,
 }
 
 /// Radiance from a direction.
@@ -212,7 +214,16 @@ impl<'a> PathSpace<'a> {
         let picks = Picks::equal_shares(&world);
         // A hair more than the farthest corner, which must not be at the disc's rounded edge.
         let disc_radius = 1.000_001 * radius;
-        Self { world, view: view.clone(), resolution, picks, centre, disc_radius, sky_radiance: None }
+        Self {
+            world,
+            view: view.clone(),
+            resolution,
+            picks,
+            centre,
+            disc_radius,
+            sky_radiance: None,
+            caught_run: 16,
+        }
     }
 
     /// f: light per pixel (the mean over a pixel's area) and measure of paths, visibility, opacity and absorption
@@ -481,6 +492,9 @@ impl Path<'_> {
 
     pub(super) fn densities(&self, space: &PathSpace) -> Densities {
         let n = self.edges();
+        let row =
+            |points: &mut dyn Iterator<Item = &Point>| points.take_while(|point| point.bsdf.delta).count();
+        let survival = |i: usize, row: usize| self.points[i].survival_after(row, space.caught_run);
         let eye = |i: usize| match i {
             0 => 1.0,
             // No direction meets a point.
@@ -488,7 +502,8 @@ impl Path<'_> {
             1 => self.camera_pdf(space),
             _ => {
                 let (from, to) = (-self.segments[i - 2].0, self.segments[i - 1].0);
-                scatter_pdf(&self.points[i - 2], from, to) * self.per_area(i - 1, i)
+                let survival = survival(i - 2, row(&mut self.points[..i - 2].iter().rev()));
+                scatter_pdf(&self.points[i - 2], from, to) * survival * self.per_area(i - 1, i)
             }
         };
         let light = |i: usize| match i {
@@ -497,7 +512,8 @@ impl Path<'_> {
             _ if i == n - 1 => self.emission_pdf(space),
             _ => {
                 let (from, to) = (self.segments[i + 1].0, -self.segments[i].0);
-                scatter_pdf(&self.points[i], from, to) * self.per_area(i, i)
+                let survival = survival(i, row(&mut self.points[i + 1..].iter()));
+                scatter_pdf(&self.points[i], from, to) * survival * self.per_area(i, i)
             }
         };
         let mut connects = vec![true; n + 1];
@@ -539,18 +555,17 @@ fn scattered(point: &Point, to_eye: DVec3, to_light: DVec3) -> DVec3 {
         .map_or(DVec3::ZERO, |event| event.weight * event.pdf * invariant_cosine(point, to_light))
 }
 
-/// Density per solid angle of going on from `from` to `to` (both away from the point), roulette included. Delta
+/// Density per solid angle of going on from `from` to `to` (both away from the point) where roulette lets the path. Delta
 /// events as in [`scattered`].
 fn scatter_pdf(point: &Point, from: DVec3, to: DVec3) -> f64 {
     if !point.scatters() || !point.sides_agree(from) || !point.sides_agree(to) {
         return 0.0;
     }
-    let pdf_solid = if point.bsdf.delta {
+    if point.bsdf.delta {
         delta_event(point, from, to).map_or(0.0, |event| event.pdf * invariant_cosine(point, to))
     } else {
         point.scatter_pdf(from, to)
-    };
-    pdf_solid * point.survival()
+    }
 }
 
 /// The delta event of `from` that ends on the side of `to`, as an eye path samples it. `None` where that never happens.

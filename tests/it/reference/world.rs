@@ -261,6 +261,11 @@ impl Point<'_> {
         if kept > 1.0 - 1.0 / 4096.0 { 255.0 / 256.0 } else { kept }
     }
 
+    /// The same where the path comes from so many delta surfaces in a row, `caught_run` of which it passes like any others.
+    pub fn survival_after(&self, row: usize, caught_run: usize) -> f64 {
+        self.survival() * if self.bsdf.delta && row >= caught_run { 0.95 } else { 1.0 }
+    }
+
     /// The medium that a segment leaving towards a direction is in, as far as this end knows.
     pub fn medium_towards(&self, world: DVec3) -> Option<&Material> {
         (self.material.volume && self.world_ng.dot(world) < 0.0).then_some(self.material)
