@@ -65,7 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
 #if environment
         case LIGHT_ENVIRONMENT + 1u: {
-            feature.light = ENVIRONMENT_LIGHT + 1u;
+            feature.light = environment_map.light + 1u;
             feature.direction = vec3f(vertex.b1, vertex.b2, 0.0);
         }
 #endif

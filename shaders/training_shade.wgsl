@@ -32,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let cosine = abs(dot(ray.direction, previous.normal));
             write_hit(
                 ray, environment_radiance(ray.direction), vec3f(1.0), weight, 1.0, ray.pdf_solid, cosine,
-                ENVIRONMENT_LIGHT, sphere_to_square(ray.direction),
+                environment_map.light, sphere_to_square(ray.direction),
             );
         }
 #endif

@@ -65,9 +65,15 @@ struct Instance {
 @group(0) @binding(14) var<storage, read> instances: array<Instance>;
 /// The instance of each block of numbers.
 @group(0) @binding(15) var<storage, read> instance_blocks: array<u32>;
-/// Numbers of triangles of instances begin here.
-override FIRST_INSTANCED: u32 = 0xffffffffu;
-override INSTANCE_BLOCK_BITS: u32 = 0u;
+
+struct InstanceNumbers {
+    /// Numbers of triangles of instances begin here.
+    first: u32,
+    /// So many bits of them are a place in a block.
+    block_bits: u32,
+}
+
+@group(0) @binding(18) var<uniform> instance_numbers: InstanceNumbers;
 #endif
 #if coincident
 /// What is in front of triangles in their own plane: see src/accel/covers.rs.

@@ -42,11 +42,16 @@ struct PunctualLight {
 @group(0) @binding(10) var<storage, read> environment_texels: array<vec2u>;
 /// Threshold and alias of each texel.
 @group(0) @binding(11) var<storage, read> environment_alias: array<vec2u>;
-/// Texels along a side.
-override ENVIRONMENT_SIZE: u32 = 1u;
-/// Index of the environment in `lights`.
-override ENVIRONMENT_LIGHT: u32 = 0u;
-/// Density per solid angle of a texel, where it is not black: its luminance times the one, plus the other.
-override ENVIRONMENT_PDF_SCALE: f32 = 0.0;
-override ENVIRONMENT_PDF_FLOOR: f32 = 0.0;
+
+struct EnvironmentMap {
+    /// Texels along a side.
+    size: u32,
+    /// Index of the environment in `lights`.
+    light: u32,
+    /// Density per solid angle of a texel, where it is not black: its luminance times the one, plus the other.
+    pdf_scale: f32,
+    pdf_floor: f32,
+}
+
+@group(0) @binding(13) var<uniform> environment_map: EnvironmentMap;
 #endif

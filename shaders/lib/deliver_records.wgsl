@@ -14,7 +14,7 @@ fn deliver_sky(ray: PathRay, previous: SubPath, depth: u32, sky: vec3f, weight: 
     if depth > 0u {
         let cosine = abs(dot(ray.direction, previous.normal));
         let at = sphere_to_square(ray.direction);
-        write_hit(ray, sky, vec3f(1.0), weight, batch.hit_scale, ray.pdf_solid, cosine, ENVIRONMENT_LIGHT, at);
+        write_hit(ray, sky, vec3f(1.0), weight, batch.hit_scale, ray.pdf_solid, cosine, environment_map.light, at);
     }
 }
 #endif

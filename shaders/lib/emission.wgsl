@@ -23,7 +23,7 @@
 // points as seen from a surface; both have the same densities.
 
 /// Radius of the disk that parallel light passes on its way to the scene, which lies around the origin.
-override SCENE_RADIUS: f32 = 1.0;
+const SCENE_RADIUS: f32 = 1.0;
 
 /// Density per area, across the direction, of parallel light.
 fn disk_pdf_area() -> f32 {
@@ -151,12 +151,12 @@ fn sample_emission(words: vec4u, point_words: vec4u, u: vec4f) -> Emission {
 #endif
 #if environment
         case LIGHT_ENVIRONMENT: {
-            let texels = ENVIRONMENT_SIZE * ENVIRONMENT_SIZE;
+            let texels = environment_map.size * environment_map.size;
             let slot = alias_draw(point_words.xy, texels);
             let entry = environment_alias[slot.slot];
             let texel = alias_pick(slot, entry.x, entry.y);
-            let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
-            emission.at = (corner + u_point) / f32(ENVIRONMENT_SIZE);
+            let corner = vec2f(f32(texel % environment_map.size), f32(texel / environment_map.size));
+            emission.at = (corner + u_point) / f32(environment_map.size);
             let to_light = square_to_sphere(emission.at);
             let radiance = texel_radiance(texel);
             emission.pdf_light = pdf_select * texel_pdf_solid(radiance);

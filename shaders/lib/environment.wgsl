@@ -16,9 +16,9 @@ fn unpack_color(packed: vec2u) -> vec3f {
 }
 
 fn environment_texel(direction: vec3f) -> u32 {
-    let size = f32(ENVIRONMENT_SIZE);
-    let at = min(vec2u(sphere_to_square(direction) * size), vec2u(ENVIRONMENT_SIZE - 1u));
-    return at.y * ENVIRONMENT_SIZE + at.x;
+    let size = f32(environment_map.size);
+    let at = min(vec2u(sphere_to_square(direction) * size), vec2u(environment_map.size - 1u));
+    return at.y * environment_map.size + at.x;
 }
 
 fn texel_radiance(texel: u32) -> vec3f {
@@ -28,7 +28,7 @@ fn texel_radiance(texel: u32) -> vec3f {
 /// Density per solid angle, in a texel of that radiance, of drawing texels by the table.
 fn texel_pdf_solid(radiance: vec3f) -> f32 {
     let power = luminance(radiance);
-    return select(0.0, power * ENVIRONMENT_PDF_SCALE + ENVIRONMENT_PDF_FLOOR, power > 0.0);
+    return select(0.0, power * environment_map.pdf_scale + environment_map.pdf_floor, power > 0.0);
 }
 
 fn environment_radiance(direction: vec3f) -> vec3f {

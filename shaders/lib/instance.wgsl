@@ -4,12 +4,12 @@
 // Triangles of meshes that are shown in many places, by their numbers: see src/accel/instances.rs.
 
 fn is_instanced(triangle: u32) -> bool {
-    return triangle >= FIRST_INSTANCED;
+    return triangle >= instance_numbers.first;
 }
 
 /// The instance of a triangle that `is_instanced`.
 fn instance_of(triangle: u32) -> u32 {
-    return instance_blocks[(triangle - FIRST_INSTANCED) >> INSTANCE_BLOCK_BITS];
+    return instance_blocks[(triangle - instance_numbers.first) >> instance_numbers.block_bits];
 }
 
 /// Index into `triangles`.

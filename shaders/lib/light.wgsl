@@ -40,7 +40,7 @@ struct LightSample {
 #if environment
 /// Density of `sample_light` for a direction to the environment.
 fn environment_pdf_solid(direction: vec3f) -> f32 {
-    return lights[ENVIRONMENT_LIGHT].pdf_select * texel_pdf_solid(environment_radiance(direction));
+    return lights[environment_map.light].pdf_select * texel_pdf_solid(environment_radiance(direction));
 }
 #endif
 
@@ -97,12 +97,12 @@ fn sample_light(origin: SurfacePoint, words: vec4u, point_words: vec4u) -> Light
 #endif
 #if environment
         case LIGHT_ENVIRONMENT: {
-            let texels = ENVIRONMENT_SIZE * ENVIRONMENT_SIZE;
+            let texels = environment_map.size * environment_map.size;
             let slot = alias_draw(point_words.xy, texels);
             let entry = environment_alias[slot.slot];
             let texel = alias_pick(slot, entry.x, entry.y);
-            let corner = vec2f(f32(texel % ENVIRONMENT_SIZE), f32(texel / ENVIRONMENT_SIZE));
-            sample.at = (corner + u) / f32(ENVIRONMENT_SIZE);
+            let corner = vec2f(f32(texel % environment_map.size), f32(texel / environment_map.size));
+            sample.at = (corner + u) / f32(environment_map.size);
             sample.direction = square_to_sphere(sample.at);
             sample.distance = MAX_FLOAT;
             sample.radiance = texel_radiance(texel);

@@ -218,7 +218,7 @@ fn environment_weight(previous: SubPath, partials: EyePartials, direction: vec3f
     let pdf_light = environment_pdf_solid(direction);
     let radiance = environment_radiance(direction);
     let cosine = abs(dot(direction, previous.normal));
-    let edge = eye_edge(previous.flags, partials, source_label(ENVIRONMENT_LIGHT, sphere_to_square(direction)));
+    let edge = eye_edge(previous.flags, partials, source_label(environment_map.light, sphere_to_square(direction)));
     let others = edge * magnitude(radiance) + magnitude(partials.mis.a * radiance) * cosine
         + previous.ratio * pdf_previous * pdf_light;
     return batch.hit_scale / (batch.hit_scale + others / pdf_solid);

@@ -77,6 +77,14 @@ device_struct! {
 }
 
 device_struct! {
+    /// How triangles of instances are numbered.
+    pub struct InstanceNumbers {
+        pub first: u32,
+        pub block_bits: u32,
+    }
+}
+
+device_struct! {
     /// Which samples of which pixels a batch holds.
     pub struct Batch {
         pub connections: [u32; 3],
@@ -456,6 +464,19 @@ device_struct! {
         pub threshold: u32,
         pub alias_index: u32,
         pub pdf_select: f32,
+    }
+}
+
+device_struct! {
+    /// What there is to know of an environment beside its texels.
+    pub struct EnvironmentMap {
+        /// Texels along a side.
+        pub size: u32,
+        /// Index of the environment in the list of lights.
+        pub light: u32,
+        /// Density per solid angle of a texel: its luminance times the one, plus the other.
+        pub pdf_scale: f32,
+        pub pdf_floor: f32,
     }
 }
 

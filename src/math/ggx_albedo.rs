@@ -2,6 +2,7 @@
 //! (`shaders/lib/ggx_albedo.wgsl`).
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
@@ -24,15 +25,15 @@ pub struct GgxAlbedo {
     pub texels: Vec<[f32; 2]>,
 }
 
-impl Default for GgxAlbedo {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl GgxAlbedo {
-    /// Integrates the table in f64; some ten milliseconds.
-    pub fn new() -> Self {
+    /// The table, integrated when it is first asked for.
+    pub fn get() -> &'static Self {
+        static TABLE: OnceLock<GgxAlbedo> = OnceLock::new();
+        TABLE.get_or_init(Self::integrate)
+    }
+
+    /// In f64; some ten milliseconds.
+    fn integrate() -> Self {
         let rows: Vec<Vec<[f64; 2]>> = (0..SIZE)
             .into_par_iter()
             .map(|row| {

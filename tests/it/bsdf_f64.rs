@@ -2,7 +2,6 @@
 //! Local frame, z = shading normal (outside), directions away from the surface.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::OnceLock;
 
 use glam::{DVec3, DVec4};
 use halfway::math::ggx_albedo::GgxAlbedo;
@@ -10,8 +9,7 @@ use halfway::scene::{Material, TextureRef};
 
 /// The table both sides read; `c01_albedo_table` judges it.
 pub fn albedo_table() -> &'static GgxAlbedo {
-    static TABLE: OnceLock<GgxAlbedo> = OnceLock::new();
-    TABLE.get_or_init(GgxAlbedo::new)
+    GgxAlbedo::get()
 }
 
 /// glTF's parameters after textures, as `SurfaceFactors` of the shader.

@@ -99,10 +99,9 @@ impl<'a> Bench<'a> {
                 }
                 1 => {
                     space.picks.environment = pdf_select;
-                    let size = device.constants.iter().find(|(name, _)| *name == "ENVIRONMENT_SIZE");
-                    let size = size.expect("an environment").1;
                     let texels: Vec<[u32; 2]> =
                         PagedBuffer::EnvironmentTexels.read(context, &device.buffers).expect("texels");
+                    let size = (texels.len() as f64).sqrt();
                     let entries: Vec<AliasEntry> =
                         PagedBuffer::EnvironmentAlias.read(context, &device.buffers).expect("a table");
                     // How often a texel is drawn, by the table and not by what the kernels make of its radiance.

@@ -24,6 +24,7 @@ macro_rules! host_constants {
 const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     Triangle,
     Instance,
+    InstanceNumbers,
     Batch,
     Camera,
     PathRay,
@@ -46,6 +47,7 @@ const STRUCTS: &[(&str, usize, &[layout::Field])] = &host_structs![
     Material,
     TextureSlot,
     Light,
+    EnvironmentMap,
     PunctualLight,
     GuidePick,
     FirstHitPixel,

@@ -139,7 +139,7 @@ fn estimated_error_is_near_the_true_one() {
             connections: Connections::even(4),
             light_tracing: false,
         });
-        let (truth, rest) = render(lvc, 512, 1);
+        let (truth, rest) = render(lvc, 256, 1);
         let (picture, estimate) = render(Method::Path, samples, 2);
         let error = metric::errors(&picture, &truth).expect("one size").mape;
         println!("{name}, {samples}: estimated {estimate:.3}, true {error:.3}, of the reference {rest:.3}");

@@ -1,8 +1,10 @@
 //! Kernels hold what the scene requires and nothing else: too much changes nothing (S-01), too little is seen (S-02),
-//! and what is required follows from the scene (S-03).
+//! what is required follows from the scene (S-03), and from no number in it (S-05).
 
-use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
+use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use halfway::accel::Accel;
 use halfway::device::Feature;
+use halfway::device::scene::DeviceScene;
 use halfway::integrator::{Connections, LvcBpt, METHODS, Method, SpcBpt, View};
 use halfway::render::{RenderOptions, Renderer};
 use halfway::scene::builtin::{builtin, shapes};
@@ -15,6 +17,7 @@ use halfway::training::Training;
 
 use crate::bidirectional::renders;
 use crate::gpu;
+use crate::instances::{pebble, room};
 use crate::judge::{grey, lamp, scene};
 use crate::shots::{assert_same_light, options, render, try_render};
 use crate::stats::{assert_equal_tiles, tile_means};
@@ -380,4 +383,33 @@ fn s03_features_follow_from_the_scene() {
     let mut mesh = floor();
     mesh.uvs[0] = Some(vec![Vec2::ZERO; 4]);
     assert_eq!(on(&scene([(grey(0.5), mesh)])), [LambertOnly], "coordinates that no texture reads");
+}
+
+/// Scenes that require the same have the same kernels: none is compiled again where a light is turned up, or where there is
+/// more of what was there before.
+#[test]
+fn s05_no_number_of_a_scene_is_compiled() {
+    let compiled_with = |scene: &Scene| {
+        let accel = Accel::build(scene).expect("a tree");
+        let device = DeviceScene::new(gpu::context(), scene, &accel, SceneFeatures::of(scene));
+        let device = device.expect("a device scene");
+        (device.kernel_features(), device.constants)
+    };
+    let mut instanced = room(pebble(), grey(0.5), |i| DAffine3::from_translation(DVec3::X * f64::from(i)));
+    instanced.name = "instances".into();
+    for scene in [builtin("three-lights").expect("a built-in scene"), instanced] {
+        let mut other = scene.clone();
+        other.lights.iter_mut().for_each(|light| light.intensity *= 3.0);
+        for environment in &mut other.environment {
+            environment.scale *= 0.3;
+            (environment.width, environment.height) = (4, 2);
+            environment.texels = (0..8).map(|i| [0.1 + i as f32, 0.2, 0.3]).collect();
+        }
+        for mesh in &scene.meshes {
+            let mut moved = mesh.clone();
+            moved.positions.iter_mut().for_each(|position| *position += DVec3::splat(7.0));
+            other.meshes.push(moved);
+        }
+        assert_eq!(compiled_with(&other), compiled_with(&scene), "{}", scene.name);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::Target;
 use crate::accel::{AccelInstance, Instances};
-use crate::device::layout::{self, TRIANGLE_INSTANCE};
+use crate::device::layout::{self, InstanceNumbers, TRIANGLE_INSTANCE};
 use crate::device::{DeviceError, PagedBuffer};
 
 /// Uploads `instances` and `instance_blocks`, where there are any, and what says whose a number is.
@@ -14,9 +14,8 @@ pub(super) fn upload(target: &mut Target<'_>, instances: &Instances) -> Result<(
         items.extend(instances.list[range].iter().map(instance));
     })?;
     target.upload(PagedBuffer::InstanceBlocks, &instances.blocks)?;
-    target.constants.push(("FIRST_INSTANCED", f64::from(instances.first_number)));
-    target.constants.push(("INSTANCE_BLOCK_BITS", f64::from(instances.block_bits)));
-    Ok(())
+    let numbers = InstanceNumbers { first: instances.first_number, block_bits: instances.block_bits };
+    target.buffers.upload_uniform(target.context, "instance_numbers", &[numbers])
 }
 
 /// What stands for an instance in the scene's tree, at an index of its triangles.

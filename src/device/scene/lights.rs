@@ -9,7 +9,8 @@ use super::Target;
 use super::units::{punctual_intensity, scaled};
 use crate::accel::{Accel, AccelTriangle};
 use crate::device::layout::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light, PunctualLight,
+    EnvironmentMap, LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
+    PunctualLight,
 };
 use crate::device::{DeviceError, PagedBuffer};
 use crate::math::alias::{AliasEntry, AliasTable, alias_entries, defensive_mix};
@@ -63,14 +64,10 @@ pub(super) struct Lights {
 }
 
 pub(super) struct DeviceEnvironment {
-    size: u32,
-    /// Index in `entries`.
-    light: usize,
+    map: EnvironmentMap,
     /// Radiance, packed by `shared_exponent`.
     texels: Vec<[u32; 2]>,
     alias: Vec<AliasEntry>,
-    /// Density per solid angle of a texel: its luminance times the first, plus the second.
-    pdf: [f64; 2],
     power: f64,
 }
 
@@ -101,11 +98,14 @@ impl DeviceEnvironment {
         let count = weights.len() as f64;
         let solid = count / (4.0 * PI);
         Ok(Some(Self {
-            size: map.size,
-            light: 0,
+            map: EnvironmentMap {
+                size: map.size,
+                light: 0,
+                pdf_scale: (scale * solid) as f32,
+                pdf_floor: (floor * solid) as f32,
+            },
             texels,
             alias: alias_entries(&weights)?,
-            pdf: [scale * solid, floor * solid],
             // Radiance over all directions, falling on the disc around the unit scene.
             power: sum / count * 4.0 * PI.powi(2),
         }))
@@ -207,7 +207,7 @@ pub(super) fn collect(
         }
     }
     if let Some(mut environment) = environment {
-        environment.light = lights.entries.len();
+        environment.map.light = lights.entries.len() as u32;
         add(&mut lights.entries, LIGHT_ENVIRONMENT, 0, environment.power);
         lights.environment = Some(environment);
     }
@@ -254,11 +254,7 @@ impl Lights {
         if let Some(environment) = &self.environment {
             target.upload(PagedBuffer::EnvironmentTexels, &environment.texels)?;
             target.upload(PagedBuffer::EnvironmentAlias, &environment.alias)?;
-            let constants = &mut target.constants;
-            constants.push(("ENVIRONMENT_SIZE", f64::from(environment.size)));
-            constants.push(("ENVIRONMENT_LIGHT", environment.light as f64));
-            constants.push(("ENVIRONMENT_PDF_SCALE", environment.pdf[0]));
-            constants.push(("ENVIRONMENT_PDF_FLOOR", environment.pdf[1]));
+            target.buffers.upload_uniform(target.context, "environment_map", &[environment.map])?;
         }
         Ok(())
     }

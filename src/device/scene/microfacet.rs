@@ -28,7 +28,6 @@ pub struct Microfacet {
 
 /// The table of albedos as kernels have it: all of it, or the rows of the alphas that materials have, each once.
 pub struct AlbedoTable {
-    albedo: GgxAlbedo,
     pub texels: Vec<[f32; 2]>,
     /// By the bits of alpha; `None`: all of the table.
     rows: Option<BTreeMap<u32, u32>>,
@@ -36,10 +35,9 @@ pub struct AlbedoTable {
 
 impl AlbedoTable {
     pub fn new(is_whole: bool) -> Self {
-        let albedo = GgxAlbedo::new();
         match is_whole {
-            true => Self { texels: albedo.texels.clone(), albedo, rows: None },
-            false => Self { texels: Vec::new(), albedo, rows: Some(BTreeMap::new()) },
+            true => Self { texels: GgxAlbedo::get().texels.clone(), rows: None },
+            false => Self { texels: Vec::new(), rows: Some(BTreeMap::new()) },
         }
     }
 
@@ -54,7 +52,7 @@ impl AlbedoTable {
         let r = (material.ior - 1.0) / (material.ior + 1.0);
         let f0 = (r * r * material.specular_color).min(Vec3::ONE) * material.specular;
         let f90 = material.specular;
-        let [a, b] = self.albedo.average(f64::from(alpha));
+        let [a, b] = GgxAlbedo::get().average(f64::from(alpha));
         let average = f64::from(f0.max_element()) * a + f64::from(f90) * b;
         let inv_base_average = if average < 1.0 { (1.0 / (1.0 - average)) as f32 } else { 0.0 };
         Microfacet { f0, f90, alpha, eta, inv_base_average, row: self.row(alpha) }
@@ -64,7 +62,7 @@ impl AlbedoTable {
         let Some(rows) = &mut self.rows else { return 0 };
         *rows.entry(alpha.to_bits()).or_insert_with(|| {
             let row = self.texels.len() / SIZE;
-            self.texels.extend(self.albedo.row(f64::from(alpha)));
+            self.texels.extend(GgxAlbedo::get().row(f64::from(alpha)));
             row as u32
         })
     }
