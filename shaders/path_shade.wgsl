@@ -98,8 +98,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let is_delta = (surface.flags & SURFACE_DELTA) != 0u;
     var survives = survival(surface);
     if is_delta {
-        // Nothing weighs these paths against light paths: all surfaces count as of the row.
-        survives *= run_survival(depth);
+        // Nothing weighs these paths against light paths: no product has to be the same from both ends, and surfaces that are
+        // no mirrors count as well.
+        survives = min(survives, run_survival(depth));
     }
 
     let u = path_uniform4(ray.path, bounce_dimension(depth, DIMENSION_BSDF));

@@ -7,7 +7,7 @@ struct SubPath {
     ratio: f32,
     /// Geometric normal of the vertex; zero for one without.
     normal: vec3f,
-    /// SUBPATH_*
+    /// SUBPATH_*, and above them what lib/thinning has.
     flags: u32,
 }
 
@@ -17,7 +17,7 @@ const SUBPATH_INFINITE: u32 = 1u;
 const SUBPATH_DELTA: u32 = 2u;
 /// The ray leaves the camera.
 const SUBPATH_CAMERA: u32 = 4u;
-/// Five bits: delta vertices in a row up to the one that the ray leaves, the most for more.
+/// Five bits: delta vertices in a row up to the one that the ray leaves, SUBPATH_RUN_MOST for more.
 const SUBPATH_RUN_SHIFT: u32 = 3u;
 const SUBPATH_RUN_MOST: u32 = 31u;
 

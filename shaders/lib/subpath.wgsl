@@ -107,6 +107,8 @@ fn seen_unguided(vertex: PathVertex, nominal: f32) -> PathVertex {
     return seen;
 }
 
+const_assert (CAUGHT_RUN <= SUBPATH_RUN_MOST);
+
 /// Probability that a sub-path goes on from its vertex.
 fn path_survival(surface: Surface, vertex: PathVertex) -> f32 {
 #if lambert_only

@@ -109,7 +109,7 @@ fn interface_albedo(s: Surface, ab: vec2f) -> f32 {
 #endif
 
 /// How much a surface scatters at all, by channel in [0, 1] and whatever the directions: for roulette, which
-/// must be a function of the vertex alone.
+/// must know no direction.
 fn bsdf_albedo(s: Surface) -> vec3f {
 #if lambert_only
     return s.base_color;

@@ -8,6 +8,7 @@
 const THINNING_UNITS: u32 = 256u;
 /// In the flags of a material and of a sub-path.
 const THINNING_SHIFT: u32 = 8u;
+const_assert (((SUBPATH_RUN_MOST << SUBPATH_RUN_SHIFT) >> THINNING_SHIFT) == 0u);
 
 /// Of a vertex on such a material.
 fn thinning_units(material: u32) -> u32 {

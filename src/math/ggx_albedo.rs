@@ -26,7 +26,7 @@ pub struct GgxAlbedo {
 }
 
 impl GgxAlbedo {
-    /// The table, integrated when it is first asked for.
+    /// The table, integrated when it is first asked for, by all threads: not for the first time from within a job of rayon's.
     pub fn get() -> &'static Self {
         static TABLE: OnceLock<GgxAlbedo> = OnceLock::new();
         TABLE.get_or_init(Self::integrate)

@@ -184,7 +184,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
-/// A hundred million draws, and as many by the oracle.
+/// Fifty million draws, and as many by the oracle.
 #[test]
 fn n15_light_vertices_are_drawn_as_reported() {
     const INVOCATIONS: u32 = 1 << 19;

@@ -219,7 +219,10 @@ impl<'a> Bench<'a> {
         if subspaces.is_some() {
             features.insert(Feature::Subspaces);
         }
-        let stitched = stitch_text("frozen paths", KERNEL, features).expect("directives");
+        let mut stitched = stitch_text("frozen paths", KERNEL, features).expect("directives");
+        let caught_run = |run: usize| format!("const CAUGHT_RUN: u32 = {run}u;");
+        assert!(stitched.code.contains(&caught_run(16)));
+        stitched.code = stitched.code.replace(&caught_run(16), &caught_run(self.space.caught_run));
         let kernel = Kernel::from_stitched(context, "frozen paths", &stitched, &constants).expect("a kernel");
         let camera = Camera::new(&self.device.unit, &self.space.view, RESOLUTION[0], RESOLUTION[1]);
         let buffers = &mut self.device.buffers;
@@ -373,7 +376,7 @@ fn c06_spheres() {
 }
 
 /// Rows of mirrors, of which roulette ends more from the second or the third on, counted by the eye path from its side and by
-/// the light path from its own: the kernels' weights know nothing of that, and are those of the definition.
+/// the light path from its own.
 #[test]
 fn c06_rows_of_mirrors() {
     let scene = pipe_of_mirrors(4.0);

@@ -9,15 +9,16 @@ use halfway::scene::{Scene, SceneFeatures};
 use halfway::subspace::{self, FirstConnections, Model};
 use halfway::training::{Training, TrainingTask, find_training_paths, train};
 
+use crate::closed_forms::pipe_of_mirrors;
 use crate::frozen_paths_subspaces::dark_glass;
 use crate::gpu;
 
 const CONNECTIONS: u32 = 2;
 
 /// p0 + sum N Gamma / Q mass, over p: one for every path, if the density p of the mixture, and all parts of it that the
-/// host puts together from what kernels noted down, are right.
+/// host puts together from what kernels noted down, are right. `to_learn`: how much an untaught Gamma loses at least.
 #[track_caller]
-fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
+fn assert_densities_of_one(scene: &Scene, roulette_cap: f32, to_learn: f64) {
     let context = gpu::context();
     let accel = Accel::build(scene).expect("a tree");
     let device = DeviceScene::new(context, scene, &accel, SceneFeatures::of(scene)).expect("a device scene");
@@ -61,7 +62,7 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
     even.gamma.fill(1.0 / even.subspaces as f32);
     let even = subspace::relative_loss(&even, &set, 0..count).expect("sound paths");
     println!("{}: loss of an even Gamma {even:.3}", scene.name);
-    assert!(even > 1.02, "{}: {even}", scene.name);
+    assert!(even > 1.0 + to_learn, "{}: {even}", scene.name);
     println!("{}: {count} paths, worst {worst:e}; by number of nodes {lengths:?}", scene.name);
     assert!(count > 500, "{}: only {count} paths", scene.name);
     assert!(
@@ -75,8 +76,10 @@ fn assert_densities_of_one(scene: &Scene, roulette_cap: f32) {
 fn densities_of_found_paths_sum_to_one() {
     // Lambert; sky, point, spot and sun; mirror, metal and glass; glass that absorbs.
     for name in ["cornell", "three-lights", "spheres"] {
-        assert_densities_of_one(&builtin(name).expect("a built-in scene"), DEFAULT_ROULETTE_CAP);
+        assert_densities_of_one(&builtin(name).expect("a built-in scene"), DEFAULT_ROULETTE_CAP, 0.02);
     }
-    assert_densities_of_one(&dark_glass(), DEFAULT_ROULETTE_CAP);
-    assert_densities_of_one(&builtin("cornell").expect("a built-in scene"), 0.9);
+    assert_densities_of_one(&dark_glass(), DEFAULT_ROULETTE_CAP, 0.02);
+    assert_densities_of_one(&builtin("cornell").expect("a built-in scene"), 0.9, 0.02);
+    // Rows of more mirrors than roulette passes like any others, and one way for all light.
+    assert_densities_of_one(&pipe_of_mirrors(40.0), DEFAULT_ROULETTE_CAP, 0.0);
 }

@@ -100,7 +100,7 @@ impl DeviceEnvironment {
         Ok(Some(Self {
             map: EnvironmentMap {
                 size: map.size,
-                light: 0,
+                light: 0, // `collect` says
                 pdf_scale: (scale * solid) as f32,
                 pdf_floor: (floor * solid) as f32,
             },

@@ -43,7 +43,7 @@ const ITEMS_AT_ONCE: usize = 1 << 16;
 pub struct DeviceScene {
     pub buffers: BufferTable,
     pub features: SceneFeatures,
-    /// Values of the kernels' `override` constants that follow from the scene.
+    /// Values of the kernels' `override` constants that follow from the layout of its buffers.
     pub constants: Vec<(&'static str, f64)>,
     pub unit: UnitSpace,
     /// Device radiance times 2^this is the scene's radiance.

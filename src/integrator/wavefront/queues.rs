@@ -113,7 +113,8 @@ pub struct RayCounts {
     pub record_entries: u64,
 }
 
-/// Surfaces of a path on average from which on a user wants to know: roulette alone ends paths after twice as many.
+/// Surfaces of a path on average from which on a user wants to know: roulette alone ends paths after twice as many. (Between
+/// mirrors it does after thirty.)
 const DEEP: f64 = 120.0;
 
 impl RayCounts {
