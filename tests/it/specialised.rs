@@ -400,7 +400,7 @@ fn s05_no_number_of_a_scene_is_compiled() {
     for scene in [builtin("three-lights").expect("a built-in scene"), instanced] {
         let mut other = scene.clone();
         other.lights.iter_mut().for_each(|light| light.intensity *= 3.0);
-        for environment in &mut other.environment {
+        if let Some(environment) = &mut other.environment {
             environment.scale *= 0.3;
             (environment.width, environment.height) = (4, 2);
             environment.texels = (0..8).map(|i| [0.1 + i as f32, 0.2, 0.3]).collect();
