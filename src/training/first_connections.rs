@@ -25,17 +25,21 @@ pub(super) struct PathLight {
     first: [f64; PARTS],
 }
 
+/// Paths that are not finite teach nothing, and are counted as faulty.
+fn finite(light: f32) -> f64 {
+    if light.is_finite() { f64::from(light) } else { 0.0 }
+}
+
 impl PathLight {
     /// Light that was met by chance, or by a connection of a later vertex.
     pub fn add(&mut self, light: f32) {
-        // Paths that are not finite teach nothing, and are counted as faulty.
-        self.all += if light.is_finite() { f64::from(light) } else { 0.0 };
+        self.all += finite(light);
     }
 
     /// Light by a connection of the first vertex.
     pub fn add_first(&mut self, number: u32, light: f32) {
         self.add(light);
-        self.first[number as usize % PARTS] += if light.is_finite() { f64::from(light) } else { 0.0 };
+        self.first[number as usize % PARTS] += finite(light);
     }
 
     /// What it would be with one part of its first connections.
