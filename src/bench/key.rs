@@ -13,7 +13,7 @@ use crate::render::RenderOptions;
 use crate::training::Training;
 
 /// Of keys. Raise it where a default, or the meaning of a setting, changes: stored renders are then made again.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// What a render's figures depend on. Settings are as text: numbers need not survive a file to the last digit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -236,7 +236,7 @@ mod tests {
     /// A default is in no key: where one of these fails, raise [`VERSION`], and put the new default here.
     #[test]
     fn defaults_are_those_of_the_version() {
-        assert_eq!(VERSION, 5);
+        assert_eq!(VERSION, 6);
         let mut defaults = leaves("training", &serde_json::to_value(Training::default()).expect("JSON"));
         for method in METHODS {
             let value = serde_json::to_value(method.default_method()).expect("JSON");
@@ -254,6 +254,7 @@ mod tests {
             ("training.settings.tree_stop", "0.99"),
             ("training.settings.tree_samples", "100000"),
             ("training.settings.uniform_share", "0.1"),
+            ("training.settings.power_share", "0.05"),
             ("training.settings.max_steps", "20"),
             ("training.settings.held_out", "0.1"),
         ] {

@@ -245,7 +245,13 @@ fn learnt(model: &Model) -> Vec<(&'static str, String)> {
                 None => "as many as the render has: the model does not say how many are worth it".into(),
             },
         ),
-        ("learnt for", format!("{}, uniform share {}", model.connections, settings.uniform_share)),
+        (
+            "learnt for",
+            format!(
+                "{}, uniform share {}, power share {}",
+                model.connections, settings.uniform_share, settings.power_share
+            ),
+        ),
         ("time", format!("{:.2} s, tracing not counted", report.seconds.total)),
     ]
 }

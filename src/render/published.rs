@@ -43,6 +43,7 @@ impl RenderOptions {
         let settings = subspace::Settings {
             subspaces: Some(SUBSPACES),
             lloyd_steps: 0,
+            power_share: 0.0,
             smoothing: Some(0.0),
             optimiser: Optimiser::Softmax,
             light_guide: false,

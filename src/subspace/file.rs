@@ -23,7 +23,7 @@ use crate::subspace::SubspaceError;
 
 const MAGIC: &[u8; 8] = b"halfwayS";
 /// Of the format and of what its numbers mean: raised when either changes.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Magic, version, scene hash, length; the checksum follows.
 const HEADER: usize = 28;
 
@@ -151,7 +151,8 @@ fn encode(model: &Model) -> Vec<u8> {
     let mut out = Writer(Vec::new());
     let s = &model.settings;
     out.u32(s.subspaces.unwrap_or(0));
-    out.f64s(&[s.source_share, f64::from(s.direction_weight), s.tree_stop, s.uniform_share, s.held_out]);
+    out.f64s(&[s.source_share, f64::from(s.direction_weight), s.tree_stop]);
+    out.f64s(&[s.uniform_share, s.power_share, s.held_out]);
     // No share is negative.
     out.f64(s.smoothing.unwrap_or(-1.0));
     out.u32s(&[s.lloyd_steps, s.tree_depth, s.tree_samples, s.light_guide.into()]);
@@ -284,7 +285,8 @@ fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
     let subspaces = Some(from.u32()?).filter(|k| *k > 0);
     let source_share = from.f64()?;
     let direction_weight = from.f64()? as f32;
-    let (tree_stop, uniform_share, held_out) = (from.f64()?, from.f64()?, from.f64()?);
+    let tree_stop = from.f64()?;
+    let (uniform_share, power_share, held_out) = (from.f64()?, from.f64()?, from.f64()?);
     let smoothing = Some(from.f64()?).filter(|share| *share >= 0.0);
     let (lloyd_steps, tree_depth, tree_samples) = (from.u32()?, from.u32()?, from.u32()?);
     let light_guide = from.u32()? != 0;
@@ -306,6 +308,7 @@ fn decode_settings(from: &mut Reader) -> Option<(Settings, Connections, u64)> {
         tree_stop,
         tree_samples,
         uniform_share,
+        power_share,
         smoothing,
         light_guide,
         optimiser,

@@ -41,8 +41,11 @@ pub struct Settings {
     pub tree_stop: f64,
     /// Most samples that a tree is grown from.
     pub tree_samples: u32,
-    /// Share tau of every row of Gamma that goes evenly to all light subspaces.
+    /// Share of every row of Gamma that goes evenly to all light subspaces, whatever was learnt.
     pub uniform_share: f64,
+    /// Share of what is left that goes to them by their power: bright light that training paths did not meet would make
+    /// fireflies.
+    pub power_share: f64,
     /// Share of what neighbouring subspaces have learnt in every step of Gamma; `None`: what suits the held-out paths.
     pub smoothing: Option<f64>,
     /// Light paths are guided, where that is worth it.
@@ -64,6 +67,7 @@ impl Default for Settings {
             tree_stop: 0.99,
             tree_samples: 100_000,
             uniform_share: 0.1,
+            power_share: 0.05,
             smoothing: None,
             light_guide: true,
             optimiser: Optimiser::Mm,
@@ -110,6 +114,7 @@ impl Settings {
                 most: 1.0,
             });
         }
+        share("power_share", self.power_share, 1.0)?;
         let count = |name: &'static str, value: u32, most: u32| {
             if (1..=most).contains(&value) {
                 return Ok(());

@@ -86,12 +86,12 @@ pub fn train(input: &TrainingInput, settings: Settings) -> Result<Model, Subspac
     }
     seconds.q = clock.lap();
 
-    let fallback: Vec<f64> =
+    let power: Vec<f64> =
         q.iter().zip(&active).map(|(q, active)| if *active { q / total } else { 0.0 }).collect();
     let terms = Terms { set, weights: &weighed.paths, labels: &labels, q: &q };
-    let (mut problem, unreachable) = terms.problem(subspaces, &active, &fallback, &settings);
+    let (mut problem, unreachable) = terms.problem(subspaces, &active, &power, &settings);
     let neighbours = neighbours(&eye_centroids, &light_centroids, &active);
-    problem.smooth_over(&neighbours, &fallback, settings.smoothing);
+    problem.smooth_over(&neighbours, &power, settings.smoothing);
     let optimised = optimise(&problem, settings.optimiser, settings.max_steps);
     let gamma = problem.expand(&optimised.q);
     seconds.gamma = clock.lap();
@@ -254,13 +254,7 @@ struct Terms<'a> {
 
 impl Terms<'_> {
     /// The problem, and how many paths no strategy makes.
-    fn problem(
-        &self,
-        subspaces: u32,
-        active: &[bool],
-        fallback: &[f64],
-        settings: &Settings,
-    ) -> (Problem, u64) {
+    fn problem(&self, subspaces: u32, active: &[bool], power: &[f64], settings: &Settings) -> (Problem, u64) {
         let mut builder = ProblemBuilder::new(subspaces);
         for (index, path) in self.weights.iter().enumerate().filter(|(_, path)| path.weight > 0.0) {
             let term = Term {
@@ -278,7 +272,7 @@ impl Terms<'_> {
             builder.push(term, self.set.nodes_of(index).map(node));
         }
         let unreachable = builder.unreachable() as u64;
-        (builder.finish(settings.uniform_share, active, fallback), unreachable)
+        (builder.finish(settings.uniform_share, settings.power_share, active, power), unreachable)
     }
 }
 

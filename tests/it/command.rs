@@ -197,6 +197,7 @@ fn r07_settings_of_another_integrator_are_refused() {
         ("--roulette-cap 1.5", &["--roulette-cap", "above 0 and at most 1"]),
         ("--uniform-share 0.2", &["--uniform-share", "spcbpt", "--integrator"]),
         ("-i spcbpt --uniform-share 0", &["uniform_share", "between 0.000001 and 1"]),
+        ("-i spcbpt --power-share 2", &["power_share", "between 0 and 1"]),
         ("--quality draft", &["--quality", "spcbpt", "--integrator"]),
         ("--rounds 2", &["--rounds", "spcbpt", "--integrator"]),
         ("--lessons 2", &["--rounds", "spcbpt", "--integrator"]),

@@ -110,6 +110,7 @@ fn models_that_do_not_fit_end_with_2() {
         ("--rounds 2", "--rounds"),
         ("--learn first", "--learn"),
         ("--uniform-share 0.2", "--uniform-share"),
+        ("--power-share 0.2", "--power-share"),
         ("--quality draft", "--quality"),
     ] {
         refuse(&format!("{spcbpt}/cornell.model {setting}"), &["--model", flag]);

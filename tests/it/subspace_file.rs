@@ -47,7 +47,7 @@ fn models_that_do_not_fit_are_refused() {
     let other = Model { scene_hash: 8, ..model.clone() };
     assert!(matches!(load(&other, |_| ()), Err(SubspaceError::WrongScene { .. })));
     let newer = load(&model, |bytes| bytes[8] += 1);
-    assert!(matches!(newer, Err(SubspaceError::Version { found: 7, expected: 6, .. })));
+    assert!(matches!(newer, Err(SubspaceError::Version { found: 8, expected: 7, .. })));
     let picture = load(&model, |bytes| bytes[..8].copy_from_slice(b"\x89PNG\r\n\x1a\n"));
     assert!(matches!(picture, Err(SubspaceError::NotAModel { .. })));
     assert!(matches!(load(&model, Vec::clear), Err(SubspaceError::NotAModel { .. })));

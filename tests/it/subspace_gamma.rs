@@ -31,7 +31,7 @@ fn problem(k: u32, paths: usize, scale: f64, row_scale: impl Fn(u32) -> f64, hel
         builder.push(Term { squared, start, p0, held_out }, connections.into_iter());
     }
     let even = vec![1.0 / f64::from(k); k as usize];
-    builder.finish(0.1, &vec![true; k as usize], &even)
+    builder.finish(0.1, 0.0, &vec![true; k as usize], &even)
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn n23_two_cells_in_closed_form() {
             let term = Term { squared, start: 1.0, p0: c, held_out: false };
             builder.push(term, [(0, column, 1.0)].into_iter());
         }
-        let problem = builder.finish(0.0, &[true, true], &[0.5, 0.5]);
+        let problem = builder.finish(0.0, 0.0, &[true, true], &[0.5, 0.5]);
         let expected = (a.sqrt() * (c + 1.0) - b.sqrt() * c) / (a.sqrt() + b.sqrt());
         for optimiser in ALL {
             let q = optimise(&problem, optimiser, 300).q[0];
@@ -139,6 +139,33 @@ fn beside(k: u32) -> Vec<Vec<u32>> {
         .collect()
 }
 
+/// By its definition: a share goes evenly to what is active, a share of the rest by power, and what is left is learnt; the
+/// loss and its derivative are those of that.
+#[test]
+fn shares_that_do_not_depend_on_learning() {
+    let (active, power) = ([true, false, true, true], [0.7, 0.0, 0.3, 0.0]);
+    let mut builder = ProblemBuilder::new(4);
+    for (row, column, squared) in [(0, 0, 3.0), (0, 2, 1.0), (2, 3, 2.0)] {
+        let term = Term { squared, start: 1.0, p0: 0.0, held_out: false };
+        builder.push(term, [(row, column, 1.0)].into_iter());
+    }
+    let problem = builder.finish(0.15, 0.4, &active, &power);
+    let q = problem.start().to_vec();
+    let share = |row: usize, column: usize| {
+        let even = if active[column] { 0.15 / 3.0 } else { 0.0 };
+        even + 0.85 * (0.4 * power[column] + 0.6 * q[4 * row + column])
+    };
+    for (entry, found) in problem.expand(&q).iter().enumerate() {
+        let expected = share(entry / 4, entry % 4);
+        assert!((f64::from(*found) - expected).abs() < 1e-7, "{entry}: {found}, not {expected}");
+    }
+    let (loss, gradient) = problem.gradient(&q);
+    let expected = 3.0 / share(0, 0) + 1.0 / share(0, 2) + 2.0 / share(2, 3);
+    assert!((loss / expected - 1.0).abs() < 1e-12, "{loss}, not {expected}");
+    let expected = -0.85 * 0.6 * 3.0 / share(0, 0).powi(2);
+    assert!((gradient[0] / expected - 1.0).abs() < 1e-12, "{}, not {expected}", gradient[0]);
+}
+
 /// By its definition: each column's probability goes to its neighbours by their power, then rows take their
 /// neighbours' mean. Row 2 and column 3 have no paths.
 #[test]
@@ -157,7 +184,7 @@ fn smoothing_is_the_mean_of_neighbours() {
         let term = Term { squared: 1.0, start: 0.1 + stream.f64(), p0: 0.2, held_out: false };
         builder.push(term, [(row, column, 1.0)].into_iter());
     }
-    let mut problem = builder.finish(0.1, &active, &power);
+    let mut problem = builder.finish(0.1, 0.2, &active, &power);
     assert_eq!(problem.learnt(), [true, true, false, true, true]);
     let start = problem.start().to_vec();
     let at = |row: usize, column: usize| start[k as usize * row + column];

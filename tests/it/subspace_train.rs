@@ -219,6 +219,10 @@ fn without_paths_there_is_power() {
         let error = try_train(&data, Settings { uniform_share, ..Settings::default() });
         assert!(matches!(error, SubspaceError::Setting { name: "uniform_share", .. }));
     }
+    for power_share in [-0.1, 1.1, f64::NAN] {
+        let error = try_train(&data, Settings { power_share, ..Settings::default() });
+        assert!(matches!(error, SubspaceError::Setting { name: "power_share", .. }));
+    }
     for smoothing in [-0.1, 1.1, f64::NAN] {
         let error = try_train(&data, Settings { smoothing: Some(smoothing), ..Settings::default() });
         assert!(matches!(error, SubspaceError::Setting { name: "smoothing", .. }));
@@ -262,7 +266,9 @@ fn smoothing_helps_where_paths_are_few() {
         // Of several, since few paths teach a lot or little by chance.
         for seed in [31, 32, 33] {
             let data = data(paths, seed);
-            let train = |smoothing| data.train(&Settings { smoothing, ..settings(subspaces) });
+            // By itself: shares by power help as well.
+            let train =
+                |smoothing| data.train(&Settings { smoothing, power_share: 0.0, ..settings(subspaces) });
             let loss = |model: &Model| {
                 let k = subspaces as usize;
                 fresh_loss(&fresh, model, &|row, column| f64::from(model.gamma[k * row + column]))
@@ -283,6 +289,28 @@ fn smoothing_helps_where_paths_are_few() {
         }
         println!("{paths} paths, K = {subspaces}: {} of the loss", smooth / sharp);
         assert!(smooth < most * sharp, "{paths} paths, K = {subspaces}: {smooth} and {sharp}");
+    }
+}
+
+/// Where paths are few, much of the light has not been met. Where there are many, the share that goes by power costs little.
+#[test]
+fn power_helps_where_paths_are_few() {
+    let fresh = data(30_000, 79);
+    for (paths, subspaces, most) in [(300, 30, 0.9), (1000, 60, 0.9), (60_000, 20, 1.05)] {
+        let [mut by_power, mut alone] = [0.0; 2];
+        for seed in [31, 32, 33] {
+            let data = data(paths, seed);
+            let settings = Settings { smoothing: Some(0.0), ..settings(subspaces) };
+            let loss = |power_share| {
+                let model = data.train(&Settings { power_share, ..settings.clone() });
+                let k = subspaces as usize;
+                fresh_loss(&fresh, &model, &|row, column| f64::from(model.gamma[k * row + column]))
+            };
+            by_power += loss(settings.power_share);
+            alone += loss(0.0);
+        }
+        println!("{paths} paths, K = {subspaces}: {} of the loss", by_power / alone);
+        assert!(by_power < most * alone, "{paths} paths, K = {subspaces}: {by_power} and {alone}");
     }
 }
 

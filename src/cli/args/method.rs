@@ -94,12 +94,12 @@ pub struct MethodArgs {
                                 well apart: more noise. For research ({})", names_of(Setting::Connections)))]
     independent: bool,
     #[arg(long, conflicts_with_all = ["light_paths", "ConnectionArgs", "light_tracing", "record_share", "risbpt_weights", "independent", "learn",
-                                      "quality", "rounds", "subspaces", "optimiser", "uniform_share", "smoothing",
-                                      "no_light_guide", "lloyd_steps", "tree_depth", "direction_weight"],
+                                      "quality", "rounds", "subspaces", "optimiser", "uniform_share", "power_share",
+                                      "smoothing", "no_light_guide", "lloyd_steps", "tree_depth", "direction_weight"],
           help = format!("The method as its paper has it, without what has been added here, for comparison: --independent, \
                           --connections 3, --shares 1,1,1,1, --no-thinning, and --light-paths of {PUBLISHED_LIGHT_PATHS_PER_PIXEL:.4} \
                           for each pixel, which is 100,000 for 1920x1080 ({}: {} at any size); spcbpt learns by --train-paths \
-                          1000000, where no other number is given beside this, and --subspaces 1000 --lloyd-steps 0 --smoothing 0 --optimiser softmax --no-light-guide ({})",
+                          1000000, where no other number is given beside this, and --subspaces 1000 --lloyd-steps 0 --power-share 0 --smoothing 0 --optimiser softmax --no-light-guide ({})",
                          names_of(Setting::Records), PcBpt::LIGHT_PATHS, names_of(Setting::Connections)))]
     as_published: bool,
     /// When spcbpt learns (default: meanwhile on a GPU unless --spp is given, else first). Only first makes the same
@@ -202,6 +202,10 @@ pub struct LearnArgs {
           help = format!("Share of the connections that goes evenly to all light subspaces, {LEAST_UNIFORM_SHARE} to 1 \
                           (default: {})", Settings::default().uniform_share))]
     uniform_share: Option<f64>,
+    #[arg(long, value_name = "SHARE", help_heading = LEARNING,
+          help = format!("Share of the other connections that goes to light subspaces by their power, 0 to 1: bright light that \
+                          learning did not meet makes fewer fireflies (default: {})", Settings::default().power_share))]
+    power_share: Option<f64>,
     /// Share of what neighbouring subspaces have learnt in every step of Gamma, 0 to 1 (default: what suits paths that
     /// were held out).
     #[arg(long, value_name = "SHARE", help_heading = LEARNING)]
@@ -232,6 +236,7 @@ impl LearnArgs {
             (self.subspaces.is_some(), "--subspaces"),
             (self.optimiser.is_some(), "--optimiser"),
             (self.uniform_share.is_some(), "--uniform-share"),
+            (self.power_share.is_some(), "--power-share"),
             (self.smoothing.is_some(), "--smoothing"),
             (self.no_light_guide, "--no-light-guide"),
             (self.lloyd_steps.is_some(), "--lloyd-steps"),
@@ -251,6 +256,7 @@ impl LearnArgs {
             subspaces: self.subspaces,
             optimiser: self.optimiser.unwrap_or(default.optimiser),
             uniform_share: self.uniform_share.unwrap_or(default.uniform_share),
+            power_share: self.power_share.unwrap_or(default.power_share),
             smoothing: self.smoothing.or(default.smoothing),
             light_guide: default.light_guide && !self.no_light_guide,
             lloyd_steps: self.lloyd_steps.unwrap_or(default.lloyd_steps),

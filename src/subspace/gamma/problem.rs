@@ -115,15 +115,17 @@ impl ProblemBuilder {
         self.unreachable
     }
 
-    /// `uniform_share`: tau, spread over the columns that are `active`. `fallback`: the row of an eye subspace that no
-    /// training path connects from; it sums to one.
-    pub fn finish(self, uniform_share: f64, active: &[bool], fallback: &[f64]) -> Problem {
+    /// `uniform_share`: of every row, spread evenly over the columns that are `active`; `power_share`: of the rest, spread as
+    /// `power` is, which sums to one and is the row of an eye subspace that no training path connects from.
+    pub fn finish(self, uniform_share: f64, power_share: f64, active: &[bool], power: &[f64]) -> Problem {
         let Self { subspaces, parts: [train, held_out], .. } = self;
+        let uniform = uniform_share / active.iter().filter(|a| **a).count().max(1) as f64;
+        let by_power = (1.0 - uniform_share) * power_share;
+        let kept = |(power, active): (&f64, &bool)| if *active { uniform + by_power * power } else { 0.0 };
         let mut problem = Problem {
             subspaces,
-            uniform_share,
-            uniform: uniform_share / active.iter().filter(|a| **a).count().max(1) as f64,
-            active: active.to_vec(),
+            learnt_share: 1.0 - uniform_share - by_power,
+            kept: power.iter().zip(active).map(kept).collect(),
             by_entry: Vec::new(),
             entry_starts: Vec::new(),
             start: vec![0.0; subspaces * subspaces],
@@ -133,20 +135,19 @@ impl ProblemBuilder {
             smoothing: None,
         };
         problem.transpose();
-        problem.set_start(fallback);
+        problem.set_start(power);
         problem
     }
 }
 
-/// The loss of a set of paths as a function of q, a distribution over the columns for each row, before the uniform share
-/// is mixed in. Columns that are not active have nothing of it.
+/// The loss of a set of paths as a function of q, a distribution over the columns for each row, before what does not
+/// depend on learning is mixed in. Columns that are not active have nothing of either.
 #[derive(Clone, Debug)]
 pub struct Problem {
     subspaces: usize,
-    uniform_share: f64,
-    /// tau / active columns
-    uniform: f64,
-    active: Vec<bool>,
+    learnt_share: f64,
+    /// Of each column, what every row has of it, whatever is learnt.
+    kept: Vec<f64>,
     train: Part,
     held_out: Part,
     /// The training part's connections in the order of entries; indices are paths.
@@ -179,7 +180,7 @@ impl Problem {
     }
 
     /// The contribution matrix, rows normalised: nearly all of the gain is in this start; the steps add little.
-    fn set_start(&mut self, fallback: &[f64]) {
+    fn set_start(&mut self, power: &[f64]) {
         for entry in 0..self.start.len() {
             self.start[entry] = self.of_entry(entry).iter().map(|e| self.train.start[e.index as usize]).sum();
         }
@@ -191,7 +192,7 @@ impl Problem {
             if self.learnt[row] {
                 row_start.iter_mut().for_each(|q| *q /= sum);
             } else {
-                row_start.copy_from_slice(fallback);
+                row_start.copy_from_slice(power);
             }
         }
     }
@@ -228,7 +229,7 @@ impl Problem {
         row * self.subspaces..(row + 1) * self.subspaces
     }
 
-    /// True for rows that training paths connect from; the others keep their fallback.
+    /// True for rows that training paths connect from; the others keep to power.
     pub fn learnt(&self) -> &[bool] {
         &self.learnt
     }
@@ -246,9 +247,9 @@ impl Problem {
         self.held_out.squared.len()
     }
 
-    /// E = (1 - tau) q + tau / active, where columns are active.
+    /// A row's share of each column: of q, and of what is kept.
     fn mixed(&self, q: &[f64]) -> Vec<f64> {
-        q.iter().map(|q| (1.0 - self.uniform_share) * q + self.uniform).collect()
+        q.iter().zip(self.kept.iter().cycle()).map(|(q, kept)| self.learnt_share * q + kept).collect()
     }
 
     /// Loss of the training paths.
@@ -283,15 +284,13 @@ impl Problem {
         let slopes: Vec<f64> = chunks.into_iter().flat_map(|(_, slopes)| slopes).collect();
         let of_entry = |entry: usize| {
             let sum = |sum, e: &Connection| sum + f64::from(e.coefficient) * slopes[e.index as usize];
-            -(1.0 - self.uniform_share) * self.of_entry(entry).iter().fold(0.0, sum)
+            -self.learnt_share * self.of_entry(entry).iter().fold(0.0, sum)
         };
         (loss, (0..self.start.len()).into_par_iter().with_min_len(TASK / 8).map(of_entry).collect())
     }
 
-    /// Gamma, K x K by rows: E with the uniform share in it, nothing for columns that are not active.
+    /// Gamma, K x K by rows, with the shares that do not depend on learning.
     pub fn expand(&self, q: &[f64]) -> Vec<f32> {
-        let mixed = self.mixed(q);
-        let active = self.active.iter().cycle();
-        mixed.iter().zip(active).map(|(e, active)| if *active { *e as f32 } else { 0.0 }).collect()
+        self.mixed(q).into_iter().map(|share| share as f32).collect()
     }
 }
