@@ -254,7 +254,7 @@ mod tests {
             ("training.settings.tree_stop", "0.99"),
             ("training.settings.tree_samples", "100000"),
             ("training.settings.uniform_share", "0.1"),
-            ("training.settings.power_share", "0.05"),
+            ("training.settings.power_share", "0.02"),
             ("training.settings.max_steps", "20"),
             ("training.settings.held_out", "0.1"),
         ] {

@@ -67,7 +67,7 @@ impl Default for Settings {
             tree_stop: 0.99,
             tree_samples: 100_000,
             uniform_share: 0.1,
-            power_share: 0.05,
+            power_share: 0.02,
             smoothing: None,
             light_guide: true,
             optimiser: Optimiser::Mm,
