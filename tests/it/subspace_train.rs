@@ -255,6 +255,12 @@ fn fresh_loss(fresh: &Data, model: &Model, gamma: &dyn Fn(usize, usize) -> f64) 
     sum
 }
 
+/// The same with the Gamma that the model has.
+fn own_loss(fresh: &Data, model: &Model) -> f64 {
+    let k = model.subspaces as usize;
+    fresh_loss(fresh, model, &|row, column| f64::from(model.gamma[k * row + column]))
+}
+
 /// Where paths are few, what neighbours have learnt is worth more than they are; where there are many, what
 /// chance makes of the choice does little harm.
 #[test]
@@ -269,15 +275,11 @@ fn smoothing_helps_where_paths_are_few() {
             // By itself: shares by power help as well.
             let train =
                 |smoothing| data.train(&Settings { smoothing, power_share: 0.0, ..settings(subspaces) });
-            let loss = |model: &Model| {
-                let k = subspaces as usize;
-                fresh_loss(&fresh, model, &|row, column| f64::from(model.gamma[k * row + column]))
-            };
             let (with, without) = (train(None), train(Some(0.0)));
             check_shape(&with, &data);
             assert!(without.report.losses.iter().all(|loss| loss.smoothing == 0.0));
             assert_eq!((with.report.tried.len(), without.report.tried.len()), (4, 1));
-            let (with_loss, without_loss) = (loss(&with), loss(&without));
+            let (with_loss, without_loss) = (own_loss(&fresh, &with), own_loss(&fresh, &without));
             let kept = |model: &Model| model.report.losses[model.report.best_step as usize];
             println!(
                 "{paths} paths, K = {subspaces}: {with_loss} smoothed, {without_loss} not, {:?} and {:?}",
@@ -301,11 +303,8 @@ fn power_helps_where_paths_are_few() {
         for seed in [31, 32, 33] {
             let data = data(paths, seed);
             let settings = Settings { smoothing: Some(0.0), ..settings(subspaces) };
-            let loss = |power_share| {
-                let model = data.train(&Settings { power_share, ..settings.clone() });
-                let k = subspaces as usize;
-                fresh_loss(&fresh, &model, &|row, column| f64::from(model.gamma[k * row + column]))
-            };
+            let loss =
+                |power_share| own_loss(&fresh, &data.train(&Settings { power_share, ..settings.clone() }));
             by_power += loss(settings.power_share);
             alone += loss(0.0);
         }
