@@ -222,6 +222,10 @@ impl Trainer {
                 go_on(TrainingProgress::Loss(loss))?;
             }
         }
+        // Paths that judged the last round tell of first connections, too.
+        if let Some(first) = self.first_connections.wanted(task.connections().counts[0]) {
+            Arc::make_mut(&mut self.model).first_connections = Some(first);
+        }
         let warm_start =
             WarmStart { model: self.model.clone(), lights: self.lights, light_paths: self.light_paths };
         let mut result = self.clock.result(self.model, self.camera_paths);

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use halfway::integrator::method::SPCBPT;
 use halfway::integrator::{Connections, Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
 use halfway::scene::Scene;
@@ -240,41 +241,47 @@ fn c09_learning_with_eight_seeds_agrees_with_path() {
 /// reports which.
 #[test]
 fn rounds_end_for_a_reason() {
-    let rounds = |scene: &Scene, size: [u32; 2], training: Training, samples: Option<u32>| {
-        let settings = Settings::default();
+    let scene = builtin("cornell").expect("a built-in scene");
+    let rounds = |training: Training, samples: Option<u32>| {
+        let settings = Settings { subspaces: Some(24), ..Settings::default() };
         let training = Training { settings, ..training };
         let budget = Budget { samples, ..Budget::default() };
-        let [width, height] = size;
-        let small = spcbpt(method(600, 2, false), 1, None);
-        let options = RenderOptions { view: View { width, height, ..small.view }, training, budget, ..small };
-        let renderer = Renderer::new(gpu::context(), scene, options).expect("a renderer");
+        let options = RenderOptions { training, budget, ..spcbpt(SPCBPT.default_method(), 1, None) };
+        let renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
         let report = renderer.report().expect("a report");
-        let choice = report.choices.iter().find(|choice| choice.what == "rounds").expect("a choice").clone();
-        (choice, report.round_losses)
+        let choice =
+            |what: &str| report.choices.iter().find(|choice| choice.what == what).expect("a choice").clone();
+        (choice("rounds"), report.round_losses, choice("connections"))
     };
-    let (scene, _) = cornell();
     let three = Training::default().with_rounds(3);
-    let (choice, losses) = rounds(scene, SIZE, three, Some(64));
+    let (choice, losses, _) = rounds(three, Some(64));
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // What the last was worth is not known. The others helped.
     assert_eq!(losses.len(), 2);
     assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
     // Two samples per pixel are not worth more than one round.
-    let (choice, losses) = rounds(scene, SIZE, Training::default(), Some(2));
+    let (choice, losses, _) = rounds(Training::default(), Some(2));
     assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
     assert!(choice.reason.contains("% of the render"), "{choice:?}");
-    let (long, _) = rounds(scene, SIZE, Training::default(), Some(100_000));
+    let (long, _, _) = rounds(Training::default(), Some(100_000));
     assert!(long.value.parse::<u32>().expect("a number") > 1, "{long:?}");
-    // Where the length of the render is unknown, five are enough; in a long one more pay, as far as they have been tried.
-    let door = builtin("door").expect("a built-in scene");
-    let first = Training { when: Some(When::First), ..Training::default() };
+    // Two rounds, and paths that say what the second was worth, tell of first connections as well.
+    let short = [32, 64].map(|samples| rounds(Training::default(), Some(samples)));
+    let mut judged =
+        short.iter().filter(|(choice, losses, _)| choice.value == "2" && losses.len() == 2).peekable();
+    assert!(judged.peek().is_some(), "{short:?}");
+    assert!(judged.all(|(_, _, connections)| connections.reason.starts_with("9 of each")), "{short:?}");
+    // Where no gain would do, the first that is known is the last.
+    let (choice, losses, _) = rounds(Training { least_gain: 1.0, ..Training::default() }, None);
+    assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
+    assert!(choice.reason.ends_with("% only"), "{choice:?}");
+    // Where any would: five are enough if the length of the render is unknown; in a long one there are more, as far as they
+    // have been tried.
+    let first = Training { least_gain: 0.0, when: Some(When::First), ..Training::default() };
     for (samples, most) in [(None, "5"), (Some(1_000_000), "7")] {
-        let (choice, losses) = rounds(&door, [16, 16], first.clone(), samples);
-        assert_eq!(
-            (choice.value.as_str(), choice.reason.as_str()),
-            (most, "as many as wanted"),
-            "{losses:?}"
-        );
+        let (choice, losses, _) = rounds(first.clone(), samples);
+        let known = (choice.value.as_str(), choice.reason.as_str());
+        assert_eq!(known, (most, "as many as wanted"), "{losses:?}");
     }
 }
 

@@ -120,8 +120,8 @@ pub struct ConnectionArgs {
     #[arg(long, value_name = "N1,N2,N3", value_parser = parse_counts,
           help = format!("Connections of each vertex of an eye path to the light vertex cache, 1 to {MAX_CONNECTIONS}: of the \
                           first vertex, of the second, of all that follow, or one number for all. In lists of benchmarks \
-                          with / in between ({}; default: {}; by default spcbpt has 3 to 15 of first vertices where three \
-                          rounds have taught how many are worth it)", names_of(Setting::Connections), default_counts()))]
+                          with / in between ({}; default: {}; by default spcbpt has 3 to 15 of first vertices, as many \
+                          as learning found to be worth it where it was long enough)", names_of(Setting::Connections), default_counts()))]
     pub connections: Option<[u32; 3]>,
     #[arg(long, value_name = "B1,B2,B3,H", value_parser = parse_shares,
           help = format!("How far weights trust these connections, and light that is hit, beside what the balance heuristic \
