@@ -9,6 +9,7 @@
 //! Buffers that take several bindings in a scene are read by page: `super::pages`.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -160,7 +161,7 @@ pub const SOURCES: &[(&str, &str)] = sources![
 pub struct Stitched {
     pub code: String,
     /// File and 1-based line of every line of `code`.
-    origin: Vec<(String, u32)>,
+    origin: Vec<(Arc<str>, u32)>,
 }
 
 /// Resolves the directives of the file `name` of [`SOURCES`].
@@ -204,6 +205,7 @@ fn append(
         location: format!("shaders/{file}.wgsl:{}", line + 1),
         message: message.to_string(),
     };
+    let name: Arc<str> = file.into();
     let mut branches: Vec<Branch> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let trimmed = line.trim();
@@ -243,7 +245,7 @@ fn append(
                 for line in replaced.as_deref().unwrap_or(line).lines() {
                     out.code.push_str(line);
                     out.code.push('\n');
-                    out.origin.push((file.to_string(), number as u32 + 1));
+                    out.origin.push((name.clone(), number as u32 + 1));
                 }
             }
         }
