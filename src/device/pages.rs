@@ -221,17 +221,19 @@ impl<'a> PageWriter<'a> {
 /// # Errors
 /// A reading that does not end on its line.
 pub fn paged(line: &str, pages: Pages) -> Result<Option<String>, String> {
-    // Most lines read nothing.
+    // Readings have a bracket, declarations an angle; most lines have neither, and most scenes no pages.
     if pages.extra() == 0 || !line.contains(['[', '<']) {
         return Ok(None);
     }
     let several = || PagedBuffer::ALL.iter().copied().filter(|&buffer| pages.of(buffer) > 1);
     let (code, comment) = line.split_at(line.find("//").unwrap_or(line.len()));
-    for buffer in several().filter(|_| code.contains("var<")) {
-        let declared = format!("var<storage, read> {}: array<", buffer.name());
-        if let Some((_, element)) = code.split_once(&declared) {
-            let element = element.trim_end().trim_end_matches(">;");
-            return Ok(Some(format!("{line}\n{}", functions(buffer, element, pages.of(buffer)))));
+    if code.contains("var<") {
+        for buffer in several() {
+            let declared = format!("var<storage, read> {}: array<", buffer.name());
+            if let Some((_, element)) = code.split_once(&declared) {
+                let element = element.trim_end().trim_end_matches(">;");
+                return Ok(Some(format!("{line}\n{}", functions(buffer, element, pages.of(buffer)))));
+            }
         }
     }
     let mut code = code.to_string();

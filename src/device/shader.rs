@@ -205,7 +205,7 @@ fn append(
         location: format!("shaders/{file}.wgsl:{}", line + 1),
         message: message.to_string(),
     };
-    let name: Arc<str> = file.into();
+    let origin: Arc<str> = file.into();
     let mut branches: Vec<Branch> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let trimmed = line.trim();
@@ -245,7 +245,7 @@ fn append(
                 for line in replaced.as_deref().unwrap_or(line).lines() {
                     out.code.push_str(line);
                     out.code.push('\n');
-                    out.origin.push((name.clone(), number as u32 + 1));
+                    out.origin.push((origin.clone(), number as u32 + 1));
                 }
             }
         }

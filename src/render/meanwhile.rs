@@ -28,6 +28,10 @@ impl Renderer {
                 }
                 Some(TrainingEvent::Loss(loss)) => self.weigh_earlier(loss),
                 Some(TrainingEvent::End(trained)) => {
+                    // Paths that judged the last round may want other first connections.
+                    if self.model.as_ref() != Some(&trained.model) {
+                        self.set_model(trained.model)?;
+                    }
                     self.report.choices.extend(trained.choices);
                     self.learning = None;
                 }
@@ -41,6 +45,12 @@ impl Renderer {
     /// # Errors
     /// A lost device, a buffer that does not fit.
     pub fn connect_by(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
+        self.set_model(model)?;
+        self.report.round_samples.push(self.samples);
+        Ok(())
+    }
+
+    fn set_model(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
         self.flush()?;
         self.sums.settle();
         if let Some(halves) = &mut self.halves {
@@ -54,7 +64,6 @@ impl Renderer {
         self.report.choices.retain(|old| choices.iter().all(|new| new.what != old.what));
         self.report.choices.extend(choices);
         self.report.training = Some(model.report.clone());
-        self.report.round_samples.push(self.samples);
         self.model = Some(model);
         Ok(())
     }

@@ -11,7 +11,7 @@ use crate::device::layout::LightFeature;
 use crate::device::{DeviceError, Kernel};
 use crate::film::Region;
 use crate::math::statistics::{geometric_mean, mean};
-use crate::subspace::{self, LightSample, Model, TrainingSet};
+use crate::subspace::{self, FirstConnections, LightSample, Model, TrainingSet};
 
 use super::TrainingError;
 use super::first_connections::FirstConnectionsTrial;
@@ -222,9 +222,10 @@ impl Trainer {
                 go_on(TrainingProgress::Loss(loss))?;
             }
         }
-        // Paths that judged the last round tell of first connections, too.
-        if let Some(first) = self.first_connections.wanted(task.connections().counts[0]) {
-            Arc::make_mut(&mut self.model).first_connections = Some(first);
+        // Paths that only judged the last round tell of first connections, too.
+        let first_connections = self.wanted_connections(task);
+        if first_connections != self.model.first_connections {
+            Arc::make_mut(&mut self.model).first_connections = first_connections;
         }
         let warm_start =
             WarmStart { model: self.model.clone(), lights: self.lights, light_paths: self.light_paths };
@@ -326,9 +327,14 @@ impl Trainer {
         }
     }
 
+    /// How many first connections are worth it, as far as is known by now.
+    fn wanted_connections(&self, task: &TrainingTask) -> Option<FirstConnections> {
+        self.first_connections.wanted(task.connections().counts[0])
+    }
+
     fn learn(&mut self, task: &TrainingTask) -> Result<(), TrainingError> {
         let input = task.input(&self.set, &self.lights, self.light_paths);
-        let first_connections = self.first_connections.wanted(task.connections().counts[0]);
+        let first_connections = self.wanted_connections(task);
         let model = self.clock.learn(|| task.fit(&input, first_connections))?;
         self.before = Some(std::mem::replace(&mut self.model, model));
         self.integrator.set_model(&task.context, &self.model)?;

@@ -244,7 +244,7 @@ fn rounds_end_for_a_reason() {
     let scene = builtin("cornell").expect("a built-in scene");
     let rounds = |training: Training, samples: Option<u32>| {
         let settings = Settings { subspaces: Some(24), ..Settings::default() };
-        let training = Training { settings, ..training };
+        let training = Training { settings, when: Some(When::First), ..training };
         let budget = Budget { samples, ..Budget::default() };
         let options = RenderOptions { training, budget, ..spcbpt(SPCBPT.default_method(), 1, None) };
         let renderer = Renderer::new(gpu::context(), &scene, options).expect("a renderer");
@@ -266,20 +266,19 @@ fn rounds_end_for_a_reason() {
     let (long, _, _) = rounds(Training::default(), Some(100_000));
     assert!(long.value.parse::<u32>().expect("a number") > 1, "{long:?}");
     // Two rounds, and paths that say what the second was worth, tell of first connections as well.
-    let short = [32, 64].map(|samples| rounds(Training::default(), Some(samples)));
-    let mut judged =
-        short.iter().filter(|(choice, losses, _)| choice.value == "2" && losses.len() == 2).peekable();
-    assert!(judged.peek().is_some(), "{short:?}");
-    assert!(judged.all(|(_, _, connections)| connections.reason.starts_with("9 of each")), "{short:?}");
-    // Where no gain would do, the first that is known is the last.
+    let short = [24, 32, 48, 64, 96].map(|samples| rounds(Training::default(), Some(samples)));
+    let judged: Vec<_> =
+        short.iter().filter(|(choice, losses, _)| choice.value == "2" && losses.len() == 2).collect();
+    assert!(!judged.is_empty(), "{short:?}");
+    assert!(judged.iter().all(|(_, _, wanted)| wanted.reason.starts_with("9 of each")), "{short:?}");
+    // Where no gain is enough, learning ends after the first that is known.
     let (choice, losses, _) = rounds(Training { least_gain: 1.0, ..Training::default() }, None);
     assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");
     assert!(choice.reason.ends_with("% only"), "{choice:?}");
-    // Where any would: five are enough if the length of the render is unknown; in a long one there are more, as far as they
-    // have been tried.
-    let first = Training { least_gain: 0.0, when: Some(When::First), ..Training::default() };
+    // Where every gain is: five rounds if the length of the render is unknown, in a long one as many as have been tried.
+    let every = Training { least_gain: 0.0, ..Training::default() };
     for (samples, most) in [(None, "5"), (Some(1_000_000), "7")] {
-        let (choice, losses, _) = rounds(first.clone(), samples);
+        let (choice, losses, _) = rounds(every.clone(), samples);
         let known = (choice.value.as_str(), choice.reason.as_str());
         assert_eq!(known, (most, "as many as wanted"), "{losses:?}");
     }
