@@ -50,6 +50,7 @@ impl Renderer {
         Ok(())
     }
 
+    /// The same, where no round is over.
     fn set_model(&mut self, model: Arc<Model>) -> Result<(), RenderError> {
         self.flush()?;
         self.sums.settle();

@@ -78,7 +78,8 @@ fn choices_are_said() {
     assert_eq!(run.said.matches("chosen: ").count(), 4, "{}", run.said);
     // The number of rounds makes a render's own learning that of `train`, whatever its budget.
     case.run("train builtin:cornell --size 32x32 --rounds 2 --seed 3").assert(0, &["chosen: rounds 2"]);
-    let unsaid = "connections 9,2,1 (the model does not say how many are worth it: it takes two rounds and paths that judge them)";
+    let unsaid = "connections 9,2,1 (the model does not say how many are worth it: it takes two rounds and paths that \
+                  judge them)";
     case.run(&format!("{RENDER} --model cornell.model -o by-model.exr")).assert(0, &[unsaid]);
     case.run(&format!("{RENDER} --rounds 2 -o by-itself.exr")).assert(0, &[]);
     assert_eq!(case.picture("by-model.exr").rgb, case.picture("by-itself.exr").rgb);

@@ -258,7 +258,7 @@ fn rounds_end_for_a_reason() {
     assert_eq!((choice.value.as_str(), choice.reason.as_str()), ("3", "as many as wanted"));
     // What the last was worth is not known. The first helped, the second hardly: .93 to 1.03 with ten seeds.
     assert_eq!(losses.len(), 2);
-    assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.2).contains(loss)), "{losses:?}");
+    assert!(losses[0] < 0.9 && losses.iter().all(|loss| (0.01..1.1).contains(loss)), "{losses:?}");
     // Two samples per pixel are not worth more than one round.
     let (choice, losses, _) = rounds(Training::default(), Some(2));
     assert_eq!((choice.value.as_str(), losses.len()), ("1", 1), "{choice:?}");

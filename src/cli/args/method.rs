@@ -121,7 +121,8 @@ pub struct ConnectionArgs {
           help = format!("Connections of each vertex of an eye path to the light vertex cache, 1 to {MAX_CONNECTIONS}: of the \
                           first vertex, of the second, of all that follow, or one number for all. In lists of benchmarks \
                           with / in between ({}; default: {}; by default spcbpt has 3 to 15 of first vertices, as many \
-                          as are worth it, once enough was learnt to tell)", names_of(Setting::Connections), default_counts()))]
+                          as are worth it, once enough was learnt to tell)",
+                         names_of(Setting::Connections), default_counts()))]
     pub connections: Option<[u32; 3]>,
     #[arg(long, value_name = "B1,B2,B3,H", value_parser = parse_shares,
           help = format!("How far weights trust these connections, and light that is hit, beside what the balance heuristic \

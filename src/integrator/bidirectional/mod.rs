@@ -366,7 +366,11 @@ impl Integrator for Bidirectional {
             if self.plan.connections.adapts && self.subspaces.is_some() {
                 let reason = match &self.first_connections {
                     Some(first) => first.reason(),
-                    None => "the model does not say how many are worth it: it takes two rounds and paths that judge them".into(),
+                    None => {
+                        "the model does not say how many are worth it: it takes two rounds and paths that \
+                             judge them"
+                            .into()
+                    }
                 };
                 choices.push(Choice::new("connections", self.plan.connections.counts_text(), reason));
             }
