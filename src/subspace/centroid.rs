@@ -1,14 +1,14 @@
 //! Centroids of the subspaces: training vertices drawn in proportion to what their paths contribute, moved to the middle of
 //! what is nearest to them, and the nearest of them to a vertex.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::training::Feature;
 use crate::math::rng::{RandomKey, random4, seed_key};
 
-/// Lanes of the search: the width of common vector units.
-const LANES: usize = 8;
+/// Centroids that the search looks at together.
+const LANES: usize = 4;
 
 /// Squared distance d_s^2 + s2 (1 - cos_n) + k_d s2 (1 - cos_d), and the centroids it is taken to.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub struct Centroids {
     normal_scale: f32,
     direction_scale: f32,
     /// The features' nine numbers, [`LANES`] centroids at a time.
-    lanes: Vec<[[f32; LANES]; 9]>,
+    lanes: Vec<[Vec4; 9]>,
 }
 
 /// s2: the largest variance of the positions along an axis.
@@ -65,7 +65,9 @@ impl Centroids {
             .map(|chunk| {
                 std::array::from_fn(|number| {
                     // Absent centroids are infinitely far.
-                    std::array::from_fn(|lane| chunk.get(lane).map_or(f32::INFINITY, |f| numbers(f)[number]))
+                    let absent = if number < 3 { f32::INFINITY } else { 0.0 };
+                    let of = |lane: usize| chunk.get(lane).map_or(absent, |f| numbers(f)[number]);
+                    Vec4::from_array(std::array::from_fn(of))
                 })
             })
             .collect();
@@ -114,35 +116,27 @@ impl Centroids {
 
     /// Index of the nearest centroid, the first of equals; 0 if there are none.
     pub fn nearest(&self, feature: &Feature) -> u32 {
-        let x = numbers(feature);
-        let (mut best, mut at) = ([f32::INFINITY; LANES], [0u32; LANES]);
+        let x = numbers(feature).map(Vec4::splat);
+        // The nearest so far, in all lanes.
+        let (mut least, mut nearest) = (Vec4::INFINITY, 0);
         for (group, c) in self.lanes.iter().enumerate() {
-            let mut distance = [0.0f32; LANES];
-            for lane in 0..LANES {
-                let (dx, dy, dz) = (x[0] - c[0][lane], x[1] - c[1][lane], x[2] - c[2][lane]);
-                let cos = x[3] * c[3][lane] + x[4] * c[4][lane] + x[5] * c[5][lane];
-                distance[lane] = dx * dx + dy * dy + dz * dz + self.normal_scale * (1.0 - cos);
+            let (dx, dy, dz) = (x[0] - c[0], x[1] - c[1], x[2] - c[2]);
+            let mut distance = dx * dx + dy * dy + dz * dz;
+            // Nearly all are too far away already.
+            if !distance.cmplt(least).any() {
+                continue;
             }
+            distance += self.normal_scale * (1.0 - (x[3] * c[3] + x[4] * c[4] + x[5] * c[5]));
             if self.direction_scale > 0.0 {
-                for lane in 0..LANES {
-                    let cos = x[6] * c[6][lane] + x[7] * c[7][lane] + x[8] * c[8][lane];
-                    distance[lane] += self.direction_scale * (1.0 - cos);
-                }
+                distance += self.direction_scale * (1.0 - (x[6] * c[6] + x[7] * c[7] + x[8] * c[8]));
             }
-            for lane in 0..LANES {
-                let nearer = distance[lane] < best[lane];
-                best[lane] = if nearer { distance[lane] } else { best[lane] };
-                at[lane] = if nearer { (group * LANES + lane) as u32 } else { at[lane] };
+            if distance.cmplt(least).any() {
+                let of_group = distance.min_element();
+                let lane = distance.cmpeq(Vec4::splat(of_group)).bitmask().trailing_zeros();
+                (least, nearest) = (Vec4::splat(of_group), (group * LANES) as u32 + lane);
             }
         }
-        let mut nearest = 0;
-        for lane in 1..LANES {
-            let equal_earlier = best[lane] == best[nearest] && at[lane] < at[nearest];
-            if best[lane] < best[nearest] || equal_earlier {
-                nearest = lane;
-            }
-        }
-        at[nearest]
+        nearest
     }
 }
 
