@@ -81,8 +81,10 @@ struct Interrupt {
 fn instance() -> wgpu::Instance {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
     descriptor.backends = Backends::VULKAN;
-    // A dispatch more for each whose size the device decides: kernels of ours write these sizes, and keep to the limits.
-    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    // A dispatch more for each whose size the device decides: kernels of ours write these sizes, and keep to the limits. And
+    // kernels that know their lines, which take long to write: WGPU_DEBUG=1 brings them back, for debuggers of devices.
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL | wgpu::InstanceFlags::DEBUG);
+    descriptor.flags = descriptor.flags.with_env();
     wgpu::Instance::new(descriptor)
 }
 
