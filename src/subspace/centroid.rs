@@ -65,8 +65,7 @@ impl Centroids {
             .map(|chunk| {
                 std::array::from_fn(|number| {
                     // Absent centroids are infinitely far.
-                    let absent = if number < 3 { f32::INFINITY } else { 0.0 };
-                    let of = |lane: usize| chunk.get(lane).map_or(absent, |f| numbers(f)[number]);
+                    let of = |lane: usize| chunk.get(lane).map_or(f32::INFINITY, |f| numbers(f)[number]);
                     Vec4::from_array(std::array::from_fn(of))
                 })
             })
@@ -117,23 +116,22 @@ impl Centroids {
     /// Index of the nearest centroid, the first of equals; 0 if there are none.
     pub fn nearest(&self, feature: &Feature) -> u32 {
         let x = numbers(feature).map(Vec4::splat);
-        // The nearest so far, in all lanes.
-        let (mut least, mut nearest) = (Vec4::INFINITY, 0);
+        let (mut least, mut nearest) = (f32::INFINITY, 0);
         for (group, c) in self.lanes.iter().enumerate() {
             let (dx, dy, dz) = (x[0] - c[0], x[1] - c[1], x[2] - c[2]);
             let mut distance = dx * dx + dy * dy + dz * dz;
             // Nearly all are too far away already.
-            if !distance.cmplt(least).any() {
+            if !distance.cmplt(Vec4::splat(least)).any() {
                 continue;
             }
             distance += self.normal_scale * (1.0 - (x[3] * c[3] + x[4] * c[4] + x[5] * c[5]));
             if self.direction_scale > 0.0 {
                 distance += self.direction_scale * (1.0 - (x[6] * c[6] + x[7] * c[7] + x[8] * c[8]));
             }
-            if distance.cmplt(least).any() {
-                let of_group = distance.min_element();
-                let lane = distance.cmpeq(Vec4::splat(of_group)).bitmask().trailing_zeros();
-                (least, nearest) = (Vec4::splat(of_group), (group * LANES) as u32 + lane);
+            for (lane, distance) in distance.to_array().into_iter().enumerate() {
+                if distance < least {
+                    (least, nearest) = (distance, (group * LANES + lane) as u32);
+                }
             }
         }
         nearest
