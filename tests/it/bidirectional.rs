@@ -43,11 +43,20 @@ pub fn renders(
     seeds: impl IntoIterator<Item = u64>,
 ) -> Vec<Vec<DVec3>> {
     let mut renderer = Renderer::new(gpu::context(), scene, options.clone()).expect("a renderer");
+    renders_of(&mut renderer, options, seeds)
+}
+
+/// The same of a renderer that was made with these options.
+fn renders_of(
+    renderer: &mut Renderer,
+    options: &RenderOptions,
+    seeds: impl IntoIterator<Item = u64>,
+) -> Vec<Vec<DVec3>> {
     let pictures = seeds.into_iter().map(|seed| {
         renderer.restart(seed, options.strategy).expect("a restart");
         renderer.run(|_| false).expect("a render");
         let picture = renderer.picture().expect("a picture");
-        assert_eq!(renderer.report().expect("a report").non_finite, 0, "{}, seed {seed}", scene.name);
+        assert_eq!(renderer.report().expect("a report").non_finite, 0, "{options:?}, seed {seed}");
         picture.rgb.iter().map(|&rgb| Vec3::from(rgb).as_dvec3()).collect()
     });
     pictures.collect()
@@ -169,9 +178,16 @@ pub fn assert_same_as_path(scene: &Scene, method: Method, samples: u32) {
 /// As [`assert_same_as_path`]; the options are for pictures of [`SIZE`].
 #[track_caller]
 pub fn assert_options_same_as_path(scene: &Scene, options: &RenderOptions) {
+    let mut renderer = Renderer::new(gpu::context(), scene, options.clone()).expect("a renderer");
+    assert_renderer_same_as_path(scene, &mut renderer, options);
+}
+
+/// The same of a renderer that was made of the scene with these options.
+#[track_caller]
+pub fn assert_renderer_same_as_path(scene: &Scene, renderer: &mut Renderer, options: &RenderOptions) {
     let method = options.method;
     let path = path_renders(scene);
-    let found = renders(scene, options, 0..10);
+    let found = renders_of(renderer, options, 0..10);
     let tiles = |pictures: &[Vec<DVec3>]| -> Vec<Vec<f64>> {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
     };

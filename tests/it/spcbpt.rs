@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use halfway::device::buffer::read_back;
+use halfway::device::layout::{Material, THINNING_SHIFT, THINNING_UNITS};
 use halfway::integrator::method::SPCBPT;
 use halfway::integrator::{Connections, Method, SpcBpt, View};
 use halfway::render::{Budget, RenderOptions, Renderer};
@@ -11,7 +13,9 @@ use halfway::subspace::guide::{GUIDE_CELLS, even_cells};
 use halfway::subspace::{FirstConnections, LightGuide, Model, Settings, SourceLabels, Tree};
 use halfway::training::{Training, When};
 
-use crate::bidirectional::{SIZE, assert_options_same_as_path, cornell_by_path, mean, renders};
+use crate::bidirectional::{
+    SIZE, assert_options_same_as_path, assert_renderer_same_as_path, cornell_by_path, mean, renders,
+};
 use crate::frozen_paths_subspaces::dark_glass;
 use crate::gpu;
 use crate::random::Stream;
@@ -294,6 +298,30 @@ fn c09_spcbpt_with_nonsense_agrees_with_path() {
         let model = Some(Arc::new(nonsense(&model, &mut random)));
         let method = connecting(900, uneven(&mut random), light_tracing);
         assert_options_same_as_path(&scene, &spcbpt(method, 8, model));
+    }
+}
+
+/// Vertices may make any part of their connections, whatever their material is.
+#[test]
+fn c09_any_thinning_agrees_with_path() {
+    let mut random = Stream::new(29);
+    let scene = builtin("spheres").expect("a built-in scene");
+    let model = Some(Arc::new(nonsense(&trained(&scene), &mut random)));
+    for light_tracing in [false, true] {
+        let options = spcbpt(connecting(900, uneven(&mut random), light_tracing), 8, model.clone());
+        let mut renderer = Renderer::new(gpu::context(), &scene, options.clone()).expect("a renderer");
+        let (_, buffer) = renderer.buffers().find(|(name, _)| *name == "materials").expect("materials");
+        let bytes = (scene.materials.len() * size_of::<Material>()) as u64;
+        let mut materials: Vec<Material> =
+            bytemuck::pod_collect_to_vec(&read_back(gpu::context(), buffer, bytes).expect("materials"));
+        assert!(materials.iter().any(|material| material.flags >> THINNING_SHIFT < THINNING_UNITS));
+        for material in &mut materials {
+            // An eighth at least: of fewer some are too bright for the statistics.
+            let units = THINNING_UNITS / 8 + random.word() % (THINNING_UNITS * 7 / 8 + 1);
+            material.flags = material.flags & ((1 << THINNING_SHIFT) - 1) | units << THINNING_SHIFT;
+        }
+        gpu::context().queue.write_buffer(buffer, 0, bytemuck::cast_slice(&materials));
+        assert_renderer_same_as_path(&scene, &mut renderer, &options);
     }
 }
 
