@@ -55,26 +55,16 @@ fn bits_of(mut features: SceneFeatures) -> u32 {
         .sum()
 }
 
-/// Pairs of two bits' values: of each bit, by its value, the others that are off, and those that are on.
-type Pairs = Vec<[[u32; 2]; 2]>;
-
-/// Those that a set has.
-fn pairs(bits: u32, count: usize) -> Pairs {
-    let all = (1u32 << count) - 1;
-    let of_bit = |i: usize| {
-        let others = all & !(1 << i);
-        let mut pairs = [[0; 2]; 2];
-        pairs[(bits >> i & 1) as usize] = [!bits & others, bits & others];
-        pairs
-    };
-    (0..count).map(of_bit).collect()
-}
-
-/// Applies to each mask of one and the same of the other.
-fn zip_masks(a: &mut Pairs, b: &Pairs, mut apply: impl FnMut(&mut u32, u32)) {
-    for (a, b) in a.as_flattened_mut().as_flattened_mut().iter_mut().zip(b.as_flattened().as_flattened()) {
-        apply(a, *b);
+/// The pairs of two bits' values that a set has, a bit each.
+fn pairs(bits: u32, count: usize) -> Vec<u64> {
+    let mut pairs = vec![0u64; (count * count * 4).div_ceil(64)];
+    for i in 0..count {
+        for j in 0..i {
+            let pair = (i * count + j) * 4 + (bits >> i & 1) as usize * 2 + (bits >> j & 1) as usize;
+            pairs[pair / 64] |= 1 << (pair % 64);
+        }
     }
+    pairs
 }
 
 /// Sets of features that scenes may have, each on a device: none, all, and more until every pair of values that is possible
@@ -90,40 +80,26 @@ fn scenes() -> Vec<u32> {
             candidates.insert(reachable(others | (values & 1) << i | values >> 1 << j));
         }
     }
-    let candidates: Vec<(u32, Pairs)> =
+    let candidates: Vec<(u32, Vec<u64>)> =
         candidates.into_iter().map(|bits| (bits, pairs(bits, count))).collect();
-    // What scenes may have they may have on every device.
+    let none = || vec![0u64; candidates[0].1.len()];
+    let either = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a | b).collect();
+    // Millions of sets, of which scenes may have few; those they may have on every device.
     let of_scenes = Feature::of_scenes().count();
-    let mut missing = (0..1u32 << of_scenes)
-        .into_par_iter()
-        .map(reachable)
-        .fold(
-            || vec![[[0; 2]; 2]; count],
-            |mut missing, bits| {
-                for device in 0..DEVICES.len() as u32 {
-                    zip_masks(&mut missing, &pairs(bits | device << of_scenes, count), |a, b| *a |= b);
-                }
-                missing
-            },
-        )
-        .reduce(
-            || vec![[[0; 2]; 2]; count],
-            |mut all, part| {
-                zip_masks(&mut all, &part, |a, b| *a |= b);
-                all
-            },
-        );
-    let cover = |missing: &mut Pairs, bits: u32| zip_masks(missing, &pairs(bits, count), |a, b| *a &= !b);
-    let masks = |pairs: &Pairs| pairs.as_flattened().as_flattened().to_vec();
+    let reached: HashSet<u32> = (0..1u32 << of_scenes).into_par_iter().map(reachable).collect();
+    let on_devices = |scene: u32| (0..DEVICES.len() as u32).map(move |device| scene | device << of_scenes);
+    let mut missing =
+        reached.into_par_iter().flat_map_iter(on_devices).map(|bits| pairs(bits, count)).reduce(none, either);
+    let cover = |missing: &mut [u64], bits: u32| {
+        missing.iter_mut().zip(pairs(bits, count)).for_each(|(a, b)| *a &= !b);
+    };
     let mut scenes = BTreeSet::from([0, all].map(reachable));
     scenes.iter().for_each(|&bits| cover(&mut missing, bits));
     // Sets by chance are tried, but no pair that any set has is left out.
-    while masks(&missing).iter().any(|&mask| mask != 0) {
-        let left = masks(&missing);
-        let adds =
-            |pairs: &Pairs| masks(pairs).iter().zip(&left).map(|(a, b)| (a & b).count_ones()).sum::<u32>();
+    while missing.iter().any(|&pairs| pairs != 0) {
+        let adds = |pairs: &[u64]| missing.iter().zip(pairs).map(|(a, b)| (a & b).count_ones()).sum::<u32>();
         let (best, _) = candidates.iter().max_by_key(|(_, pairs)| adds(pairs)).expect("a candidate");
-        assert!(scenes.insert(*best), "no candidate has the pairs that are left: {left:?}");
+        assert!(scenes.insert(*best), "no candidate has the pairs that are left: {missing:?}");
         cover(&mut missing, *best);
     }
     scenes.into_iter().collect()
