@@ -43,11 +43,12 @@ pub fn renders(
     seeds: impl IntoIterator<Item = u64>,
 ) -> Vec<Vec<DVec3>> {
     let mut renderer = Renderer::new(gpu::context(), scene, options.clone()).expect("a renderer");
-    renders_of(&mut renderer, options, seeds)
+    renders_of(scene, &mut renderer, options, seeds)
 }
 
-/// The same of a renderer that was made with these options.
+/// The same of a renderer that was made of the scene with these options.
 fn renders_of(
+    scene: &Scene,
     renderer: &mut Renderer,
     options: &RenderOptions,
     seeds: impl IntoIterator<Item = u64>,
@@ -56,7 +57,7 @@ fn renders_of(
         renderer.restart(seed, options.strategy).expect("a restart");
         renderer.run(|_| false).expect("a render");
         let picture = renderer.picture().expect("a picture");
-        assert_eq!(renderer.report().expect("a report").non_finite, 0, "{options:?}, seed {seed}");
+        assert_eq!(renderer.report().expect("a report").non_finite, 0, "{}, seed {seed}", scene.name);
         picture.rgb.iter().map(|&rgb| Vec3::from(rgb).as_dvec3()).collect()
     });
     pictures.collect()
@@ -182,12 +183,12 @@ pub fn assert_options_same_as_path(scene: &Scene, options: &RenderOptions) {
     assert_renderer_same_as_path(scene, &mut renderer, options);
 }
 
-/// The same of a renderer that was made of the scene with these options.
+/// The same, of such a renderer.
 #[track_caller]
 pub fn assert_renderer_same_as_path(scene: &Scene, renderer: &mut Renderer, options: &RenderOptions) {
     let method = options.method;
     let path = path_renders(scene);
-    let found = renders_of(renderer, options, 0..10);
+    let found = renders_of(scene, renderer, options, 0..10);
     let tiles = |pictures: &[Vec<DVec3>]| -> Vec<Vec<f64>> {
         pictures.iter().map(|picture| tile_means(picture, SIZE, 12)).collect()
     };
